@@ -19,7 +19,7 @@ Where it differs from BehaviorTree.CPP 4.10 on purpose:
 - Errors in a condition script name the node that has the script, not its parent.
 - A number given to a sub-tree as a literal may be read as text.
 - A wrong number of children, a threshold beyond it, and two trees of one ID are errors at load.
-- A long-form element may stand directly under ReactiveSequence.
+- A long-form element may be a direct child of ReactiveSequence.
 - Of several substitution rules that fit a node, the exact name goes first, then the type, then the path.
 - ``ros_pkg`` is looked up on a search path.
 """

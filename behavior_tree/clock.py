@@ -5,7 +5,7 @@ from typing import Protocol
 
 
 class Clock(Protocol):
-    """Anything that tells the time."""
+    """A source of time."""
 
     def now(self) -> float:
         """Return the time in seconds, from any fixed origin; it never decreases."""

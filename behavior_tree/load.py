@@ -36,7 +36,7 @@ def load_file(
     Args:
         path: The file.
         registry: The node types.
-        main: The ID of the tree to execute; by default what the file says.
+        main: The ID of the tree to execute; by default the file's.
         clock: Where timing nodes take the time from; by default the machine's monotonic clock.
         blackboard: The top blackboard, if it exists already; it gets the registry's converters.
         search_path: Folders that hold the packages named by ``<include ros_pkg="…">``; a package that the

@@ -107,7 +107,7 @@ class Tree:
             return
         errors = self._halt_each(self.nodes)
         if errors:
-            # Children before parents, so that an error that kept a parent from halting does not stand again.
+            # Children before parents, so that an error that kept a parent from halting does not occur again.
             errors += self._halt_each(reversed(self.nodes))
         for node in self.nodes:
             node.set_status(IDLE)
@@ -151,7 +151,7 @@ class Tree:
         self._runtime.transition_hooks.append(hook)
 
     def remove_transition_hook(self, hook: TransitionHook) -> None:
-        """Stop telling a function."""
+        """Stop notifying a function."""
         self._runtime.transition_hooks.remove(hook)
 
     def describe(self) -> dict[str, Any]:

@@ -14,25 +14,10 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from benchmarks import (
-    adaptations,
-    choices,
-    devices,
-    frog,
-    many,
-    memory,
-    move,
-    neighbours,
-    qualities,
-    restart,
-    rewire,
-    round_trip,
-    set_parameter,
-    start_up,
-    swap,
-    tree_tick,
-)
+from benchmarks import choices, round_trip, start_up, tree_tick
+from benchmarks.adapting import adaptations, move, restart, rewire, set_parameter, swap
 from benchmarks.harness import Effort, Result, machine
+from benchmarks.robots import devices, frog, many, memory, neighbours, qualities
 from benchmarks.table import table
 
 FILE_WIDTH = 170
@@ -69,21 +54,25 @@ def main(
     unknown = [name for name in names or [] if name not in ALL]
     if unknown:
         raise typer.BadParameter(f"no benchmark {', '.join(unknown)}; there are: {', '.join(ALL)}")
-    results: list[Result] = []
+    results: dict[str, list[Result]] = {}
     failed: list[str] = []
     before = machine()
     for name in names or ALL:
         begun = time.monotonic()
         try:
-            results += ALL[name](Effort(rounds, share))
+            results[name] = ALL[name](Effort(rounds, share))
         except Exception:
             failed.append(name)
             console.print(f"{name} failed:\n{traceback.format_exc()}", markup=False)
         console.print(f"{name}: {time.monotonic() - begun:.0f} s", style="dim")
-    console.print(table(results))
+    console.print(table([result for found in results.values() for result in found]))
     console.print(f"before: {before}\nafter:  {machine()}", style="dim", markup=False, highlight=False)
     if json_file:
-        lines = [{**asdict(result), "within": result.within} for result in results]
+        lines = [
+            {"benchmark": name, **asdict(result), "within": result.within}
+            for name, found in results.items()
+            for result in found
+        ]
         figures = {"machine": {"before": before, "after": machine()}, "results": lines, "failed": failed}
         json_file.write_text(json.dumps(figures, indent=2) + "\n")
     if failed:

@@ -32,7 +32,7 @@ class PendingRequest:
     """A request under way. ``heard_at`` (ns) is the time of its latest reply or repetition.
 
     ``read`` and ``read_feedback`` make messages of plain data, or raise BadMessage. Without ``read_feedback``,
-    feedback is ignored. ``unoffered`` says that nobody offered the service at the last look.
+    feedback is ignored. ``unoffered`` means that no component offered the service at the last look.
     """
 
     service: str

@@ -1,6 +1,6 @@
 """Where a running system keeps its files: ``~/.regraft/SYSTEM`` or ``$REGRAFT_HOME/SYSTEM``.
 
-``run.json`` says how to reach it and holds its secret, so only its user may read it. ``lock`` is held while it runs,
+``run.json`` has how to reach it, and its secret, so only its user may read it. ``lock`` is held while it runs,
 ``logs/`` has a file per component, ``journal.sqlite`` is the adaptation manager's.
 """
 
@@ -17,7 +17,7 @@ from typing import IO
 from regraft.bus.zenoh_config import Endpoints
 
 LOOKERS_TIMEOUT = 20
-"""Hundredths of a second that a lock is tried for: whoever looks whether a system runs holds it for a moment."""
+"""Hundredths of a second that a lock is tried for: a command that looks whether a system runs holds it for a moment."""
 
 
 class AlreadyRunning(Exception):
@@ -34,7 +34,7 @@ class NoRoom(Exception):
 
 @dataclass(frozen=True, slots=True)
 class RunInfo:
-    """How to reach a running system; ``join`` is the endpoint for further hosts, ``host`` the one that tells this.
+    """How to reach a running system; ``join`` is the endpoint for further hosts, ``host`` the one that wrote this.
 
     ``secret`` proves to its hub that a session belongs to the system.
     """
@@ -69,7 +69,7 @@ def folder(system: str) -> Path:
 def lock(system: str) -> IO[str]:
     """Take the system's lock, held until the file is closed or the process ends; raises AlreadyRunning, NoRoom.
 
-    Nothing that a former run has said of itself is left then.
+    No information of a former run is left then.
     """
     place = folder(system)
     try:
@@ -87,7 +87,7 @@ def lock(system: str) -> IO[str]:
             f"a system named {system!r} is already running{where}: end it with 'regraft down {system}', "
             "or start this one under another name with --system"
         )
-    forget_info(system)  # of a run that was killed: whoever looks would take it for this one
+    forget_info(system)  # of a run that was killed: a reader would take it for this one
     return held
 
 
@@ -103,7 +103,7 @@ def _locked(held: IO[str]) -> bool:
 
 
 def write_info(info: RunInfo) -> None:
-    """Report how to reach the system; raises NoRoom, leaving what was said before."""
+    """Write how to reach the system; raises NoRoom, leaving what was written before."""
     path = folder(info.system) / "run.json"
     fresh = path.with_suffix(".new")
     try:
@@ -130,12 +130,12 @@ def forget_info(system: str) -> None:
 
 
 def read_info(system: str) -> RunInfo | None:
-    """Return how to reach a system, None if it says nothing."""
+    """Return how to reach a system, None if its file has nothing."""
     try:
         info = RunInfo(**json.loads((folder(system) / "run.json").read_text()))
     except (OSError, ValueError, TypeError, RecursionError):
         return None
-    # A signal to process 0 would reach whoever sends it, and one to -1 everybody.
+    # A signal to process 0 would reach its sender, and one to -1 every process.
     return info if isinstance(info.pid, int) and info.pid > 0 else None
 
 

@@ -3,10 +3,10 @@
 >>> from regraft import Component, Output, every
 >>> from regraft.bus_schema.messages.sensors import LightLevel
 >>> class Lamp(Component):
-...     "Says how dark it is."
+...     "Publishes how dark it is."
 ...     level = Output(LightLevel)
 ...     @every(hz=2)
-...     def tell(self) -> None:
+...     def measure(self) -> None:
 ...         self.level.publish(LightLevel(self.kit.now(), 0.5))
 >>> with Rig() as rig:
 ...     lamp = rig.add(Lamp)

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from regraft.sim_service.cameras.renderers import RendererName
-from tests.support.renderers import best
+from tests.support.machine.renderers import best
+from tests.support.machine.workers import give_back_memory, workers
 from tests.support.waiting import slowness
-from tests.support.workers import give_back_memory, workers
 
 # Let Python keep what it compiles, also where the environment says not to: hundreds of processes would do it again.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)

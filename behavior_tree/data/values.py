@@ -143,7 +143,7 @@ def from_text(text: str, kind: PortType, converters: Mapping[Any, Converter]) ->
 
 
 def split_list(text: str) -> list[str]:
-    """Return the items of a list in text, separated by semicolons; one may stand at the end."""
+    """Return the items of a list in text, separated by semicolons; one may be at the end."""
     return text.removesuffix(";").split(";") if text else []
 
 

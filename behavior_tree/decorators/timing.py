@@ -1,6 +1,6 @@
 """Decorators that depend on the time.
 
-They never wait: while there is nothing to do they return RUNNING, and the tree's `next_wake_up` says when a
+They never wait: while there is nothing to do they return RUNNING, and the tree's `next_wake_up` is when a
 timer comes due.
 """
 

@@ -1,4 +1,4 @@
-"""The view that Nav2's decorators have of poses, goals and paths, whatever the messages look like.
+"""The view that Nav2's decorators have of poses, goals and paths, in messages of any form.
 
 - A position (m) is the first of ``pose``, ``position``, and ``x`` and ``y``, in an object or mapping. In a sequence it
   is the first two numbers.
@@ -43,7 +43,7 @@ def same_pose(first: Any, second: Any) -> bool:
 
 
 def stamp_of(goal: Any) -> float:
-    """Return when a goal was given, in seconds; 0 where it does not say."""
+    """Return when a goal was given, in seconds; 0 where it has no stamp."""
     header = _part(goal, "header")
     stamp = _part(goal if header is None else header, "stamp")
     seconds = _part(stamp, "sec")

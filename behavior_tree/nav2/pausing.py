@@ -10,7 +10,7 @@ from ..nodes.ports import Input
 from ..status import FAILURE, IDLE, RUNNING, SUCCESS, Status
 
 OfferService = Callable[[str, Callable[[], bool]], object]
-"""Called with a service's name and what it does; that tells whether the request is accepted."""
+"""Called with a service's name and its function, which returns whether the request is accepted."""
 
 
 class _State(Enum):

@@ -142,7 +142,7 @@ class Node:
         raise NotImplementedError(f"{type(self).__name__} does not implement tick()")
 
     def halt(self) -> None:
-        """Stop the node's work and make it idle, whatever its status is."""
+        """Stop the node's work and make it idle, from any status."""
         self.set_status(IDLE)
 
     def adopt(self, children: "tuple[Node, ...]") -> None:

@@ -24,7 +24,7 @@ class TreeCollection:
         models: The ports of sub-trees that have a model, by tree ID and name.
         node_models: The node types that have a model, by ID; they need not be registered.
         document: The root element of the first document.
-        unversioned: The files that do not say that they are of version 4.
+        unversioned: The files that do not state that they are of version 4.
         warnings: Doubts that are no errors.
     """
 

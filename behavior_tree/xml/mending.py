@@ -1,6 +1,6 @@
 """Mends what is no XML but read by BehaviorTree.CPP's parser all the same.
 
-Comments end at the first ``-->``, whatever is in them. In attributes and in text, ``&`` and ``<`` may stand for
+Comments end at the first ``-->``, with any content. In attributes and in text, ``&`` and ``<`` may mean
 themselves, as in ``_skipIf="a < 2 && b"``. Blanks may come before the XML declaration, and anything behind the root.
 """
 

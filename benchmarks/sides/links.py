@@ -13,6 +13,7 @@ from regraft.bus.zenoh_bus import ZenohBus, open_bus
 from regraft.bus.zenoh_config import Endpoints
 from regraft.client import Client
 from regraft.component.component import Component, class_path
+from regraft.patience import Patience
 from regraft.process.main import run_component
 from regraft.runtime.core.assignment import Assignment
 from regraft.security.system_secret import fresh
@@ -71,9 +72,9 @@ class Site:
 
 
 def wait_until(condition: Callable[[], object], what: str, seconds: float = UP_TIMEOUT) -> None:
-    """Wait for a condition; raises TimeoutError after ``seconds``."""
-    deadline = time.monotonic() + seconds
+    """Wait for a condition; raises TimeoutError after ``seconds``, which last longer on a crowded machine."""
+    patience = Patience(seconds)
     while not condition():
-        if time.monotonic() > deadline:
+        if patience.is_over():
             raise TimeoutError(f"not within {seconds:g} s: {what}")
         time.sleep(0.005)

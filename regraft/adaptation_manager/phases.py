@@ -1,4 +1,4 @@
-"""The phases of an adaptation: how long each took, told as it ends."""
+"""The phases of an adaptation: how long each took, published as it ends."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ class Inbox:
     """
 
     def __init__(self) -> None:
-        """Begin empty; a None in it is the alarm, or whoever wants the waiting to end."""
+        """Begin empty; a None in it is the alarm, or a request to end the waiting."""
         self._items: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._lazy: deque[Any] = deque()
         self._alarm = _Alarm(self._items.put)
@@ -74,7 +74,7 @@ class Inbox:
     def _take_now(self) -> Any:
         item = None
         try:
-            while item is None:  # the alarm's Nones stand among the items
+            while item is None:  # the alarm's Nones are among the items
                 item = self._items.get_nowait()
         except queue.Empty:
             pass

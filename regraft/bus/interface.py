@@ -1,6 +1,6 @@
 """The bus that the kit needs. ``zenoh_bus`` is the real one, ``memory_bus`` the one for fast tests.
 
-Whatever arrives is handed to a *sink* as it comes, on whichever thread it comes; the receiver's own thread then
+All that arrives is handed to a *sink* as it comes, on any thread; the receiver's own thread then
 opens it. So nothing but a queue's ``put`` ever runs on a network thread.
 """
 

@@ -15,7 +15,7 @@ Runs = dict[str, set[int]]
 
 
 def ask_hosts(bus: Bus, keys: Keys, timeout: float) -> list[HostStatus]:
-    """Return what all hosts that answer in ``timeout`` seconds tell; raises BusError."""
+    """Return the status of all hosts that answer in ``timeout`` seconds; raises BusError."""
     answers = bus.query(keys.host("*", "runs"), b"", timeout, all_of_them=True)
     return [status for status in map(_read, answers) if status is not None]
 
@@ -28,7 +28,7 @@ def _read(answer: Answer) -> HostStatus | None:
 
 
 def newest_run(told: Iterable[HostStatus], component: str) -> int | None:
-    """Return the newest run of a component that hosts tell of, None if none has the component."""
+    """Return the newest run of a component that hosts report, None if none has the component."""
     found = [
         max(process.incarnation, process.max_incarnation)
         for status in told

@@ -14,7 +14,7 @@ from regraft.bus_schema.keys import matches
 
 @dataclass(eq=False, slots=True)
 class _Declared:
-    """A declaration that knows which list it stands in."""
+    """A declaration that knows the list that it is in."""
 
     key: str
     sink: Sink
@@ -142,7 +142,7 @@ class MemoryBus:
         threading.Thread(target=lambda: done(self.query(key, payload, timeout)), daemon=True).start()
 
     def announce(self, key: str) -> _Declared:
-        """Declare a token and tell the watchers."""
+        """Declare a token and notify the watchers."""
         token = self._declare(
             self.hub.tokens,
             key,

@@ -20,7 +20,7 @@ from regraft.bus.zenoh_session import Declared, LastingSession
 from regraft.bus.zenoh_shared import SharedMemory
 
 SOURCE_PLACE = re.compile(r"\s+at /\S+\.rs:\d+\.?")
-"""Where in Zenoh's own sources an error arose: of no use to whoever reads the message."""
+"""Where in Zenoh's own sources an error arose: of no use to a reader of the message."""
 
 Direct = zenoh.handlers.Callback
 

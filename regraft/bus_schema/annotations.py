@@ -69,7 +69,7 @@ class Array:
 
 @dataclass(frozen=True, slots=True)
 class Tagged:
-    """Names the key that tells the members of a union of dataclasses apart; each member holds its tag as a ClassVar."""
+    """Names the key that distinguishes the members of a union of dataclasses; each has its tag as a ClassVar."""
 
     key: str
 

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 
 from regraft.bus_schema.errors import BadKey
 
 MAX_WORD_LENGTH = 64
 MAX_OWN_NAME_LENGTH = 128
-"""Characters of a name that stands in no key: of a parameter, port or mode, or what a class calls its service."""
+"""Characters of a name that is part of no key: of a parameter, port or mode, or a class's name for its service."""
 WORD = rf"[A-Za-z0-9_][A-Za-z0-9_-]{{0,{MAX_WORD_LENGTH - 1}}}"
 SYSTEM_NAME = re.compile(WORD)
 COMPONENT_NAME = re.compile(rf"{WORD}(\.{WORD})?")
@@ -64,7 +65,7 @@ def client_name(name: str) -> str:
 
 
 def own_name(name: str, kind: str) -> str:
-    """Return ``name`` if it can name a ``kind`` of thing that stands in no key, such as a parameter; raises BadKey."""
+    """Return ``name`` if it can name a ``kind`` of thing that is part of no key, such as a parameter; raises BadKey."""
     if not 0 < len(name) <= MAX_OWN_NAME_LENGTH:
         raise BadKey(f"{_shown(name)} cannot name a {kind}: must be 1 to {MAX_OWN_NAME_LENGTH} characters")
     return name
@@ -144,7 +145,7 @@ class Keys:
 
     @property
     def event(self) -> str:
-        """Where adaptations, faults and transitions are told as they happen."""
+        """Where adaptations, faults and transitions are published as they happen."""
         return f"{self.system}/event"
 
     def clock(self, part: str) -> str:
@@ -154,6 +155,7 @@ class Keys:
         return f"{self.system}/clock/{part}"
 
 
+@lru_cache(maxsize=4096)
 def matches(expression: str, key: str) -> bool:
     """Return whether two key expressions with ``*`` and ``**`` have a key in common, as Zenoh would."""
     return _meet(expression.split("/"), key.split("/"))

@@ -56,7 +56,7 @@ def instead_of(name: str, known: Iterable[str], *, none: str = "there are none")
 
 
 def no_such(kind: str, name: str, known: Iterable[str]) -> str:
-    """Say that nothing of a kind has that name, and what may have been meant.
+    """Return that nothing of a kind has that name, and what may have been meant.
 
     >>> no_such("mode", "dak", ["dark"])
     "there is no mode 'dak'; did you mean 'dark'?"

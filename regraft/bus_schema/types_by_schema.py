@@ -79,7 +79,7 @@ def described_type(description: TypeDescription) -> DescribedType:
 
 
 def shape_of_schema(schema: JsonSchema) -> Shape:
-    """Return the shape of what may be typed in for a schema: any plain data for one that says nothing known."""
+    """Return the shape of what may be typed in for a schema: any plain data for one with nothing known."""
     if "enum" in schema or "const" in schema:
         return _Choice(schema, tuple(schema.get("enum", (schema.get("const"),))))
     if "oneOf" in schema:
@@ -189,7 +189,7 @@ class _Union(_FromSchema):
 
 
 def _union(schema: JsonSchema) -> Shape:
-    """Return a union whose members one constant field tells apart; any plain data where there is none."""
+    """Return a union whose members one constant field distinguishes; any plain data where there is none."""
     constants = [
         {name: part["const"] for name, part in member.get("properties", {}).items() if "const" in part}
         for member in schema["oneOf"]

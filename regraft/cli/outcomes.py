@@ -1,4 +1,4 @@
-"""How a command ends: its exit codes, and the exceptions that stand for them."""
+"""How a command ends: its exit codes, and an exception for each."""
 
 from __future__ import annotations
 

@@ -102,7 +102,7 @@ class Topology:
     def uses(self) -> dict[str, TopicUse]:
         """Return all topics by name."""
         uses = {name: TopicUse(name, spec.type, spec) for name, spec in self.topics.items()}
-        # A port that takes any type cannot say which one the topic has.
+        # A port that takes any type does not show which one the topic has.
         everybody = sorted((self.unhosted | self.hosted).items())
         ends = [(name, port, topic) for name, spec in everybody for port, topic in spec.connected_ports()]
         for component, port, topic in sorted(ends, key=lambda end: end[1].type == ANY_TYPE):
@@ -130,7 +130,7 @@ class Topology:
 
 
 def named(kind: str, name: str, known: Mapping[str, A]) -> A:
-    """Return what has a name; raises BadInput, which says what there is, for an unknown one."""
+    """Return what has a name; raises BadInput, which lists what there is, for an unknown one."""
     if name not in known:
         raise BadInput(no_such(kind, name, known))
     return known[name]

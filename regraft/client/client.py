@@ -102,7 +102,7 @@ class Client:
         return cls(bus, info.system, name, owns_bus=True)
 
     def close(self) -> None:
-        """Leave; whoever still waits gets CallFailed. Again does nothing."""
+        """Leave; callers that still wait get CallFailed. A second call does nothing."""
         self._requests.close()
         for subscription in self._subscriptions:
             subscription.close()
@@ -127,10 +127,10 @@ class Client:
     def call(self, service: str, request: object, reply: type[A], timeout: float = 5.0, *, patient: bool = False) -> A:
         """Ask a service and return its reply.
 
-        Somebody ``patient`` who is refused for now asks again when the refusal says so, until ``timeout`` is over.
+        A ``patient`` caller that is refused for now asks again at the refusal's time, until ``timeout`` is over.
 
         Raises:
-            CallFailed: refused or failed (``answer`` says which), or silence for ``timeout`` seconds (None).
+            CallFailed: refused or failed (``answer`` is which), or silence for ``timeout`` seconds (None).
             BadMessage: the request does not fit its type.
         """
         self._may_wait()
@@ -176,7 +176,7 @@ class Client:
         return self._requests.goal(service, body, _as_it_is, _as_it_is, on_feedback, accept_within, outlives=outlives)
 
     def reaches(self, service: str) -> bool:
-        """Tell whether somebody hears now what a service or action is asked; raises BusError."""
+        """Return whether a subscriber gets requests to a service or action now; raises BusError."""
         return self._requests.reaches(service)
 
     def adapt(
@@ -223,7 +223,7 @@ class Client:
         return self._query(f"component {component!r}", key, message, reply, timeout)
 
     def describe(self, component: str, timeout: float = 2.0) -> Description:
-        """Return what a component says of itself; raises as ``control`` does."""
+        """Return a component's description of itself; raises as ``control`` does."""
         return self._control(component, "describe", None, Description, timeout)
 
     def qualities(self, component: str, asked: AskQualities | None = None, timeout: float = 2.0) -> Qualities:
@@ -251,7 +251,7 @@ class Client:
         return self._control(component, "connections", None, ComponentView, timeout)
 
     def components(self, wait: float = 2.0) -> dict[str, ComponentSeen]:
-        """Return all components by name, waiting at most ``wait`` seconds until each has told its status."""
+        """Return all components by name, waiting at most ``wait`` seconds until each has published its status."""
         self._may_wait()
         alive, hosts = self._alive_components(), self._alive_hosts()
         self._board.wait_until_heard(alive, hosts, wait)
@@ -274,7 +274,7 @@ class Client:
     # --- hosts ---
 
     def hosts(self, wait: float = 2.0) -> dict[str, HostSeen]:
-        """Return all hosts by name, waiting at most ``wait`` seconds until each has told its status."""
+        """Return all hosts by name, waiting at most ``wait`` seconds until each has published its status."""
         self._may_wait()
         alive = self._alive_hosts()
         self._board.wait_until_heard({}, alive, wait)
@@ -309,7 +309,7 @@ class Client:
             NoAnswer, ControlRefused: its host stays silent, or refuses.
         """
         seen = self.components(timeout).get(component_name(component))
-        if seen is not None and seen.host is None:  # it has just begun, and its host has not told of it yet
+        if seen is not None and seen.host is None:  # it has just begun, and its host has not reported it yet
             self._board.wait_for_host_of(component, timeout)
             seen = self.components(timeout).get(component)
         if seen is None or seen.host is None:
@@ -324,7 +324,7 @@ class Client:
     # --- looking on ---
 
     def clock(self, wait: float = 0.0) -> ClockTime | None:
-        """Return simulated time as last told; None under the real clock, and if none is told in ``wait`` seconds."""
+        """Return simulated time as last published; None under the real clock, and if none comes in ``wait`` seconds."""
         return self._board.clock(wait)
 
     def events(self, callback: Callable[[Event], object]) -> Closable:

@@ -4,7 +4,7 @@ ClientError
 ├── NoSuchComponent   no living run of that component
 ├── NoSuchHost        no living host of that name, or none that knows the component
 ├── NoAnswer          it is there, but did not answer in time
-└── ControlRefused    it answered that it will not, or could not; says why
+└── ControlRefused    it answered that it will not, or could not; states why
 
 A service that refuses, fails or stays silent raises ``regraft.CallFailed``, as it does inside a component.
 """
@@ -15,7 +15,7 @@ from regraft.bus_schema.messages.protocol.control import ControlCode, ControlErr
 
 
 class ClientError(Exception):
-    """Something asked of a running system did not happen; the text says what and why."""
+    """Something asked of a running system did not happen; the text states what and why."""
 
 
 class NoSuchComponent(ClientError):
@@ -34,7 +34,7 @@ class ControlRefused(ClientError):
     """A control query was answered with an error; ``code`` and ``problems`` are the other side's."""
 
     def __init__(self, who: str, error: ControlError) -> None:
-        """Say it in one line, led by ``who`` it was."""
+        """Make it one line that begins with ``who`` refused."""
         self.code: ControlCode = error.code
         self.problems: tuple[str, ...] = error.problems
         super().__init__(f"{who}: {'; '.join(error.problems) or error.code.value}")

@@ -75,7 +75,7 @@ class Requests(RequestProtocol):
         *,
         patient: bool = False,
     ) -> A:
-        """Ask a service and wait for its reply; ``patient``: and again when a refusal says so. Raises CallFailed.
+        """Ask a service and wait for its reply; ``patient``: and again at a refusal's time to retry. Raises CallFailed.
 
         ``body`` is the request as plain data; ``read`` makes something of the reply's, or raises BadMessage.
         """
@@ -125,7 +125,7 @@ class Requests(RequestProtocol):
     def _wait(self, pending: PendingRequest, event: threading.Event, timeout: float) -> None:
         if not event.wait(timeout):
             self.give_up(pending, offered=self._is_offered(pending))
-            event.wait()  # a reply may have ended it at the same moment, and is about to say so
+            event.wait()  # a reply may have ended it at the same moment, and is about to set it
 
     def send(self, pending: PendingRequest, request: Request) -> None:
         """Put a request; end it if the bus cannot."""
@@ -135,7 +135,7 @@ class Requests(RequestProtocol):
             self.end(pending, CallFailed(pending.service, None, str(error)))
 
     def reaches(self, service: str) -> bool:
-        """Tell whether somebody hears what a service is asked; raises BusError."""
+        """Return whether a subscriber gets requests to a service; raises BusError."""
         return self._sender.reaches(self._keys.request(service), type_of(Request).encoding)
 
     def _is_offered(self, pending: PendingRequest) -> bool:

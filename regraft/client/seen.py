@@ -31,7 +31,7 @@ class ComponentSeen:
     """A component as seen from outside; of one that nobody has seen, the name alone is known.
 
     ``alive``: one of its runs is on the bus now. ``age``: seconds since its last status, None without one.
-    ``host`` and ``process`` are None for a component that no host has told of.
+    ``host`` and ``process`` are None for a component that no host has reported.
     """
 
     name: str
@@ -95,7 +95,7 @@ class Board:
         self._measured: dict[str, MeasuredQualities] = {}
 
     def take_component(self, status: ComponentStatus) -> None:
-        """Note what a run of a component says: which one speaks for it, its liveliness token decides later."""
+        """Note the status of a run of a component: which one speaks for it, its liveliness token decides later."""
         with self._changed:
             runs = self._components.pop(status.component, {})
             runs.pop(status.incarnation, None)
@@ -132,7 +132,7 @@ class Board:
             return self._measured.get(component)
 
     def wait_until_heard(self, runs: Mapping[str, int], hosts: set[str], seconds: float) -> None:
-        """Wait until all of these runs and hosts have told their status, at most ``seconds``."""
+        """Wait until all of these runs and hosts have published their status, at most ``seconds``."""
 
         def heard() -> bool:
             told = all(run in self._components.get(name, {}) for name, run in runs.items())
@@ -141,7 +141,7 @@ class Board:
         self._wait(heard, seconds)
 
     def wait_for_host_of(self, component: str, seconds: float) -> None:
-        """Wait until a host tells of a component's process, at most ``seconds``."""
+        """Wait until a host reports a component's process, at most ``seconds``."""
 
         def told() -> bool:
             hosts = self._names(set())
@@ -150,7 +150,7 @@ class Board:
         self._wait(told, seconds)
 
     def clock(self, seconds: float) -> ClockTime | None:
-        """Return simulated time, waiting at most ``seconds`` for it to be told; None if it is not."""
+        """Return simulated time, waiting at most ``seconds`` for it to be published; None if it is not."""
         self._wait(lambda: self._clock is not None, seconds)
         return self._clock
 
@@ -165,7 +165,7 @@ class Board:
             processes: dict[str, tuple[str, ProcessStatus]] = {}
             for host in self._names(set()):
                 for process in self._processes(host):
-                    # While a component is moved, both hosts may tell of it.
+                    # While a component is moved, both hosts may report it.
                     if process.component not in processes or process.incarnation == alive.get(process.component):
                         processes[process.component] = (host, process)
             names = sorted(alive | processes.keys())
@@ -200,7 +200,7 @@ class Board:
         return {other.host: other for status, _ in self._hosts.values() for other in status.others}
 
     def _processes(self, host: str) -> tuple[ProcessStatus, ...]:
-        """Return the processes that a host tells, or those that are told of a host that is not there."""
+        """Return the processes that a host reports, or those that are reported of a host that is not there."""
         other = self._others().get(host)
         if other is not None and other.state is not HostState.JOINED:
             return other.processes

@@ -48,12 +48,12 @@ class Sender:
             line.publisher.put(payload, envelope.to_bytes())
 
     def matched(self, key: str) -> bool:
-        """Tell whether somebody subscribes to a key that was put at before."""
+        """Return whether somebody subscribes to a key that was put at before."""
         line = self._lines.get(key)
         return line is not None and line.publisher.matched
 
     def reaches(self, key: str, encoding: str) -> bool:
-        """Tell whether somebody subscribes to a key; whether it was put at before or not. Raises BusError."""
+        """Return whether somebody subscribes to a key; whether it was put at before or not. Raises BusError."""
         line = self._line(key, encoding)
         with line.lock:
             if line.sequence == 0:

@@ -68,7 +68,7 @@ class Subscription:
         self.close()
 
     def admit(self) -> bool:
-        """Tell whether one more sample may wait for the callback."""
+        """Return whether one more sample may wait for the callback."""
         with self._lock:
             if self._waiting >= MAX_WAITING:
                 self.dropped += 1

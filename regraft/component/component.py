@@ -327,7 +327,7 @@ def class_path(cls: type) -> str:
 
 
 def describe(cls: type[Component], parameters: Mapping[str, Any] | None = None) -> Description:
-    """Return what a component class says of itself, without running it, given parameters other than its defaults.
+    """Return a component class's description, without running it, given parameters other than its defaults.
 
     Raises:
         BadType: see `declared`; or an amount of its resources cannot be.

@@ -15,7 +15,7 @@ from regraft.component.parameters import Parameter
 F = TypeVar("F", bound=Callable[..., Any])
 
 MIN_PERIOD = 1e-4
-"""Seconds: whoever is called more often does nothing else. A parameter that asks for less gets this."""
+"""Seconds: a handler that is called more often leaves no time for others. A parameter that asks for less gets this."""
 MAX_RATE = 1e4
 """Hz."""
 LONGEST = 1e9

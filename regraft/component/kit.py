@@ -153,7 +153,7 @@ class Kit(Protocol):
         """Put a diagnostic about a part of the component."""
 
     def report_quality(self, quality: Quality) -> None:
-        """Report, now and whoever asks, how a quality requirement is met; its name must be able to stand in a key."""
+        """Report, now and to later queries, how a quality requirement is met; its name must fit into a key."""
 
     def set_status_text(self, detail: str, **values: Any) -> None:
         """Put a short text into the component's status, and the same as plain ``values`` for programs.
@@ -179,8 +179,8 @@ class Kit(Protocol):
     def exclusive(self) -> ExclusiveSlot:
         """``async with`` it: under simulated time, an exclusive slot in which nothing else runs.
 
-        In it, await only ``ask`` and ``compute``: no time passes and no message comes, so whoever waits for those is
-        cancelled.
+        In it, await only ``ask`` and ``compute``: no time passes and no message comes, so a task that waits for those
+        is cancelled.
         """
 
     def ask(self, key: str, payload: bytes, timeout: float) -> Future[list[Answer]]:

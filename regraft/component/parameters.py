@@ -123,7 +123,7 @@ class Parameter(Generic[V]):
         raise AttributeError(f"parameter {self.name!r} is changed by an adaptation, not by assignment")
 
     def checked(self, value: Any) -> V:
-        """Return ``value`` in the parameter's type; raises ParameterError saying what would be right."""
+        """Return ``value`` in the parameter's type; raises ParameterError stating what would be right."""
         problem = parameter_problem(self._described, value)
         if problem:
             raise ParameterError([(self.name, problem)])
@@ -133,7 +133,7 @@ class Parameter(Generic[V]):
 
     @property
     def choices(self) -> tuple[V, ...]:
-        """The values that it can have; empty where its type and bounds alone say that."""
+        """The values that it can have; empty where its type and bounds alone define them."""
         return tuple(self._described.schema.get("enum", ()))
 
     def renamed(self, name: str, default: Any) -> Parameter[V]:

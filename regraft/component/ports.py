@@ -37,7 +37,7 @@ class Input(Generic[M]):
         """Declare an input.
 
         Args:
-            message: the message class; None takes whatever the topic carries.
+            message: the message class; None takes every message of the topic.
             topic: the topic it has unless the stack states another; the port's name by default.
             latest_only: see only the newest message, for sensor streams.
             required: whether a stack must feed it.

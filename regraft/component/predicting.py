@@ -18,6 +18,6 @@ def predicted(
     context: Mapping[str, PlainValue],
     inputs: InputQualities = NOTHING_FED,
 ) -> Judged:
-    """Return what a class predicts of its ``described`` qualities; raises whatever the class raises."""
+    """Return what a class predicts of its ``described`` qualities; raises what the class raises."""
     given = cls.estimate_from_inputs(dict(parameters), dict(context), inputs)
     return judged(estimated(described), given)

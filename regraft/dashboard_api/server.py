@@ -22,7 +22,7 @@ BACKLOG = 128
 
 
 class CannotServe(Exception):
-    """The address cannot be served at; the text says why and what would do."""
+    """The address cannot be served at; the text states why and what would be right."""
 
 
 def bind(address: str, port: int) -> socket.socket:
@@ -67,7 +67,7 @@ class HttpServer:
             app,
             http=KnownConnection,
             ws="none",
-            # A client could say by X-Forwarded-For that it is another one.
+            # A client could claim by X-Forwarded-For to be another one.
             proxy_headers=False,
             loop="asyncio",
             lifespan="off",
@@ -101,7 +101,7 @@ class HttpServer:
             time.sleep(POLL)
 
     def stop(self) -> bool:
-        """Stop within bounds; tells whether it ended. Requests under way get a moment to finish."""
+        """Stop within bounds; returns whether it ended. Requests under way get a moment to finish."""
         self._server.should_exit = True
         self._thread.join(STOP_TIMEOUT)
         if self._thread.is_alive():
@@ -111,7 +111,7 @@ class HttpServer:
         return not self._thread.is_alive()
 
     def turns(self, within: float) -> bool:
-        """Wait until the event loop has come round, at most ``within`` seconds; tells whether it has."""
+        """Wait until the event loop has come round, at most ``within`` seconds; returns whether it has."""
         turned = threading.Event()
         if self._loop is None or self._loop.is_closed():
             return False

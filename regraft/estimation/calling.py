@@ -21,7 +21,7 @@ MAX_SECONDS = 2.0
 
 
 def call(spec: ComponentSpec, context: Mapping[str, PlainValue], inputs: InputQualities) -> Judged:
-    """Call an estimator in this process; whatever it raises makes its figures unknown."""
+    """Call an estimator in this process; anything that it raises makes its figures unknown."""
     assert spec.description is not None
     described = spec.description.qualities
     parameters = {parameter.name: parameter.default for parameter in spec.description.parameters} | spec.parameters

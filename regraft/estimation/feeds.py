@@ -39,7 +39,7 @@ class Feeds:
 def ends_of(spec: ComponentSpec) -> Ends:
     """Return the topics of a component's ports; one that is not active reads and writes none.
 
-    An estimator that does not depend on inputs closes no cycle, whatever its component reads.
+    An estimator that does not depend on inputs closes no cycle, with any inputs of its component.
     """
     if spec.state is not State.ACTIVE or spec.description is None:
         return Ends((), frozenset())

@@ -147,7 +147,8 @@ class Campaign:
         return self.folder / RUNS / plan.name
 
     def run(self, tell: Tell, say: Say) -> None:
-        """Run what is still to be run; whatever ends this ends what runs, and leaves no half of a run.
+        """Run what is still to be run; when this ends, also by an exception, the runs under way end, and leave no
+        halves.
 
         Raises:
             NoRoom: the folder cannot be written.

@@ -55,7 +55,7 @@ def evaluate(
 
     It can be ended at any time, and continued by --resume. Exits with 1 if a run failed.
     """
-    # Whatever ends the campaign also ends the runs that are under way.
+    # The end of the campaign, by a signal too, ends the runs that are under way.
     signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
     check_imports([study.partition(":")[0]] if ":" in study else [], complain)
     try:

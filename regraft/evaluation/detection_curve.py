@@ -30,7 +30,7 @@ class Look:
     """One picture that one detector looked at.
 
     ``distance`` (m) is infinite if the object was not in view; ``error`` (m) is how far from its true place the best
-    sighting is, NaN without a sighting; ``hit`` tells that it was seen where it is, ``false_alarm`` that anything was
+    sighting is, NaN without a sighting; ``hit`` means that it was seen where it is, ``false_alarm`` that anything was
     seen where it is not.
     """
 

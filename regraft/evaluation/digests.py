@@ -1,4 +1,4 @@
-"""Digests of runs: equal for equal runs, whatever time they took on the wall clock."""
+"""Digests of runs: equal for equal runs, at any speed on the wall clock."""
 
 from __future__ import annotations
 

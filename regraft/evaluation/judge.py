@@ -104,7 +104,7 @@ class Judge(Component):
             truth = truths.get(_milliseconds(message.stamp))
             if truth is not None and message.stamp <= self.pose_error_at:
                 self._odometry_error = math.dist(_place(message.pose), _place(truth))
-        # While both are told, the mapper's is the one that the robot goes by.
+        # While both are published, the robot uses the mapper's.
         for message in poses["localization"] or poses["localization_given"]:
             truth = truths.get(_milliseconds(message.stamp))
             if truth is not None:

@@ -28,7 +28,7 @@ from regraft.stack.installed import stack_file
 
 
 class Standing(Enum):
-    """How a requirement stands while its task runs; where it does not run, a requirement has none."""
+    """The state of a requirement while its task runs; where it does not run, a requirement has none."""
 
     SATISFIED = "satisfied"
     VIOLATED = "violated"
@@ -40,7 +40,7 @@ COLOURS = {Standing.SATISFIED: "#4c9f70", Standing.VIOLATED: "#d1495b", Standing
 
 @dataclass(frozen=True, slots=True)
 class Spell:
-    """From ``start`` to ``end`` (s) a requirement stood so."""
+    """From ``start`` to ``end`` (s) a requirement had this state."""
 
     start: float
     end: float
@@ -53,7 +53,7 @@ class Spell:
 
 
 def spells(qualities: Iterable[Quality], until: float) -> dict[str, list[Spell]]:
-    """Return by requirement, in the tree's order, how each stood until a time (s).
+    """Return by requirement, in the tree's order, the states of each until a time (s).
 
     A report holds until the next one; spells of no length are left out, and equal neighbours are one.
     """
@@ -84,7 +84,7 @@ def _joined(own: Sequence[Quality], until: float) -> list[Spell]:
 
 
 def standing_of(quality: Quality) -> Standing | None:
-    """Return how a requirement stands; None while its task does not run."""
+    """Return the state of a requirement; None while its task does not run."""
     if not quality.active:
         return None
     if quality.satisfied is None:
@@ -137,7 +137,7 @@ def _outcomes(reports: Iterable[AdaptationReport]) -> str:
 
 
 def write_record(path: Path, run: QualityRun) -> None:
-    """Write all that was told as JSON, one document a line, each with its ``kind``."""
+    """Write all reports as JSON, one document a line, each with its ``kind``."""
     with path.open("w") as file:
         for kind, messages in (("quality", run.qualities), ("adaptation", run.adaptations), ("event", run.events)):
             for message in messages:
@@ -233,7 +233,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, required=True, help="folder for the report and the runs' files")
     parser.add_argument("--set", action="append", default=[], dest="overrides", metavar="COMPONENT.PARAMETER=VALUE")
     chosen = parser.parse_args(arguments)
-    # Whatever ends this also ends the run that is under way.
+    # The end of this process, by a signal too, ends the run that is under way.
     signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
     options = tuple(part for override in chosen.overrides for part in ("--set", override))
     out: Path = chosen.out.resolve()

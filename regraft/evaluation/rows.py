@@ -18,7 +18,7 @@ TIME = "time"
 
 
 class RowRecorder(Component):
-    """Writes down one row of simulated quantities every simulated second; a study says which in a subclass.
+    """Writes down one row of simulated quantities every simulated second; a study defines them in a subclass.
 
     It wakes once a second and disturbs nobody. The rows depend on the run's seed alone: equal runs have
     equal files, byte for byte. A recorder that died cannot continue: what came
@@ -96,7 +96,7 @@ def read_rows(path: Path) -> Rows:
     """Return what a recorder has written.
 
     Raises:
-        ValueError: a line has another number of fields than the first; says which.
+        ValueError: a line has another number of fields than the first; the text names the line.
     """
     with path.open(newline="") as file:
         lines = list(csv.reader(file))

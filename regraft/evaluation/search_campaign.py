@@ -165,7 +165,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--for", type=float, default=AT_MOST, dest="at_most", help="simulated seconds at the most")
     parser.add_argument("--set", action="append", default=[], dest="overrides", metavar="COMPONENT.PARAMETER=VALUE")
     chosen = parser.parse_args(arguments)
-    # Whatever ends the campaign also ends the run that is under way.
+    # The end of the campaign, by a signal too, ends the run that is under way.
     signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
     options = tuple(part for override in chosen.overrides for part in ("--set", override))
     runs, failures = run_campaign(

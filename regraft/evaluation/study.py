@@ -55,7 +55,7 @@ class Timing:
 
 @dataclass(frozen=True, slots=True)
 class RunRecord:
-    """One finished run, read back from its directory; ``closing`` holds what ``regraft up`` said of it at the end."""
+    """One finished run, read back from its directory; ``closing`` holds what ``regraft up`` printed at its end."""
 
     configuration: Configuration
     number: int

@@ -36,7 +36,7 @@ class TrueObject:
         return x, y
 
     def is_faced_from(self, pose: Pose) -> bool:
-        """Return whether who stands at a pose (map) stands before it and looks at it."""
+        """Return whether a robot at a pose (map) stands before it and looks at it."""
         distance = float(np.hypot(*(self.cells - (pose.x, pose.y)).T).min())
         x, y = self.middle
         ahead = math.atan2(y - pose.y, x - pose.x)

@@ -28,7 +28,7 @@ RENEW_INTERVAL = 0.2
 ANSWER_TIMEOUT = 0.6
 """Seconds for which an answer is waited for before the next attempt."""
 GOODBYES = 5
-"""How often it says that it leaves, until that is answered: else it would count as lost."""
+"""How often it announces that it leaves, until that is answered: else it would count as lost."""
 PATIENCE = 60.0
 """Seconds without the first host after which a host gives up: it ends its components, and itself."""
 
@@ -70,7 +70,7 @@ class JoinedHost(Host):
         super().pump(timeout)
 
     def end(self) -> None:
-        """End every process, and say goodbye."""
+        """End every process, and announce that it leaves."""
         super().end()
         for _ in range(1 if self.over else GOODBYES):
             try:
@@ -181,18 +181,18 @@ class JoinedHost(Host):
         self._end_beside()
 
     def _is_handed_over(self, name: str) -> bool:
-        """Return whether a component is being moved, from here or to here: it may continue elsewhere, whatever the
+        """Return whether a component is being moved, from here or to here: it may continue elsewhere, by any
         rules.
         """
         return self.processes[name].awaited or self._is_elsewhere(name)
 
     def _end_beside(self) -> None:
-        """End what runs next to components: nobody may ever say what is to become of it."""
+        """End what runs next to components: a decision about it may never come."""
         for managed in list(self.standby_runs.processes.values()):
             self._cut_off(managed)
 
     def _cut_off(self, managed: ManagedProcess) -> None:
-        """End a component's process at once; it has had no say in the matter."""
+        """End a component's process at once, without a graceful shutdown."""
         managed.why_killed = "its host was cut off"
         self.ask_to_end(managed, 0.0)
         if managed.pid:
@@ -211,7 +211,7 @@ class JoinedHost(Host):
         mine = self.plan.mine()
         to_start = self._cut | (mine.keys() - self.processes.keys())
         for name in sorted(self.processes.keys() - mine.keys()):
-            # It is placed elsewhere now, or nowhere: whatever runs here has no say any more.
+            # It is placed elsewhere now, or nowhere: the run here does not speak for it any more.
             self.processes[name].remove()
             self._cut_off(self.processes[name])
         self._end_beside()

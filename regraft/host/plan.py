@@ -62,12 +62,12 @@ class HostPlan:
                 yield from ((f"{name}.{each}", why) for each, why in file_problems(spec.description, given))
 
     def updated(self, update: UpdateSpecs) -> HostPlan:
-        """Return the plan with the architecture as an update says that it is to be; its revision stays the start's."""
+        """Return the plan with an update's architecture; its revision stays the start's."""
         updated = update.applied_to(self.architecture)
         return replace(self, architecture=replace(updated, revision=self.architecture.revision))
 
     def as_joined(self, joined: JoinedSystem) -> HostPlan:
-        """Return the plan with what the first host says; what concerns this machine stays."""
+        """Return the plan with the first host's values; what concerns this machine stays."""
         here = packages()
         paths = {joined.stack_folder: str(self.stack_folder), joined.folder: str(self.folder)}
         paths |= {there: here[name] for name, there in joined.packages.items() if name in here and there not in paths}

@@ -80,7 +80,7 @@ class PrimaryHost(Host):
         self._publisher.event(kind, host, text)
 
     def _tell_later(self, kind: str, host: str, text: str) -> None:
-        """Tell from another thread: only the host's own one may put anything."""
+        """Report from another thread: only the host's own one may put anything."""
         self.inbox.put(lambda: self._tell(kind, host, text))
 
     def _lost(self, host: str) -> None:

@@ -86,7 +86,7 @@ class Supervisor:
         log = str(log_of(self.log_folder, managed.spec.name))
         order = managed.order(self.plan, self.revision, self.term) | {"lease": self.lease_of(managed)}
         managed.awaited = managed.is_held = False
-        managed.succeeds = None  # whoever is restarted succeeds nobody that lives
+        managed.succeeds = None  # a restarted run succeeds no living one
         command, files = list(managed.spec.command) or None, self.plan.limits(managed.spec).files
         try:
             self._zygote.spawn(order, str(self.plan.stack_folder), log, command, files)
@@ -248,10 +248,10 @@ class Supervisor:
             if other.incarnation == 0 and other.start_at is not None:
                 other.start_at = min(other.start_at, now)
 
-    # --- telling ---
+    # --- updates ---
 
     def take_update(self, update: UpdateSpecs) -> None:
-        """Start components as new specs say from now on; touches no process."""
+        """Start components by new specs from now on; touches no process."""
         self.revision = update.revision
         self.plan = self.plan.updated(update)
         for spec in update.specs:
@@ -266,7 +266,7 @@ class Supervisor:
         managed = self.processes.get(spec.name)
         aside = self.standby_runs.processes.get(spec.name)
         if managed is None and aside is not None and not aside.stopping:
-            # The component comes back to the run that stands aside; whoever has it moved says when.
+            # The component comes back to the standby run; the adaptation that moves it decides when.
             aside.spec, aside.history.policy = spec.described_as(aside.spec), spec.restart
         elif managed is None:
             last = self.past.incarnation(spec.name)

@@ -22,11 +22,13 @@ from regraft.runtime.core.clock import Clock
 from regraft.runtime.data.system_view import ENDS, SystemView
 from regraft.runtime.data.writers import Identity, Writers
 
+RESTARTED = "component.restarted"
+"""An end, with the incarnation of the run that follows."""
 KINDS = {
     "component.failed": SystemFaultKind.FAILED,
     "component.fault": SystemFaultKind.RAISED,
     "component.recovered": SystemFaultKind.RECOVERED,
-    "component.restarted": SystemFaultKind.DIED,
+    RESTARTED: SystemFaultKind.DIED,
     "component.ended": SystemFaultKind.DIED,
     "component.quarantined": SystemFaultKind.QUARANTINED,
 }
@@ -127,7 +129,8 @@ class HostSystemTopics:
             return
         state = ComponentState(status.component, status.incarnation, status.state, status.failure)
         self._view.take_state(state, self._now)
-        if status.state is State.ACTIVE and (before is None or before.state is not State.ACTIVE):
+        as_before = before is not None and (before.incarnation, before.state) == (status.incarnation, State.ACTIVE)
+        if status.state is State.ACTIVE and not as_before:
             self._view.changed |= self._readers.get(status.component, set())  # it reads from now on
 
     def _take_event(self, sample: Sample) -> None:
@@ -145,14 +148,24 @@ class HostSystemTopics:
                 self._hung.discard(name)
             known = self._view.states.get(name)
             code = str(event.details.get("code", ""))
-            incarnation = known.incarnation if known else 0
+            incarnation = _incarnation(event, known)
             self._view.take_fault(SystemFault(event.stamp, name, incarnation, kind, event.text, code))
+            if known is not None and kind in ENDS and known.incarnation > incarnation:
+                self._view.take_state(known, self._now)  # its next run is here already
 
     def _take_hosts(self, sample: Sample) -> None:
         self._view.take_hosts(codec.decode(sample.payload, HostStatus).others)
 
 
+def _incarnation(event: Event, known: ComponentState | None) -> int:
+    """Return the run that an event is about: its own, or the last one that is known."""
+    next_run = event.details.get("incarnation")
+    if event.kind == RESTARTED and isinstance(next_run, int):
+        return next_run - 1
+    return known.incarnation if known else 0
+
+
 def _readers(architecture: Architecture) -> dict[str, set[str]]:
-    """Return the components that read what the system says of itself, and which topics of it."""
+    """Return the components that read what the system publishes of itself, and which topics of it."""
     read = {name: SYSTEM_TOPICS.keys() & spec.connections.values() for name, spec in architecture.components.items()}
     return {name: topics for name, topics in read.items() if topics}

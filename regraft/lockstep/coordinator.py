@@ -92,7 +92,7 @@ class Coordinator:
 
         return open_and_take
 
-    # --- what members say ---
+    # --- requests of members ---
 
     def _take_slot_request(self, request: SlotRequest) -> None:
         member = self.membership.members.get(request.member)
@@ -157,7 +157,7 @@ class Coordinator:
     def _succeed(self, run: ClockMember) -> bool:
         """Have another run of a member continue in its place, once it lives; all that is wired stays so."""
         member = self.membership.members.get(run.member)
-        if member is None:  # it was dropped, since the run before stood still without anybody to take over
+        if member is None:  # it was dropped, since the run before was frozen without a successor
             self._joins.expect(run)
             return self._admit(run)
         if run.incarnation > member.incarnation and self._joins.lives(run):

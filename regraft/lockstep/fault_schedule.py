@@ -18,7 +18,9 @@ from regraft.patience import Patience
 from regraft.runtime.runtime import Runtime
 
 ENDED_TIMEOUT = 60.0
-"""Seconds in which the host ends a run: one that hangs has as long as its class says, and longer on a busy machine."""
+"""Seconds in which the host ends a run: one that hangs has as long as its class states, and longer on a busy
+machine.
+"""
 ASK_INTERVAL = 5.0
 """Seconds after which the host is asked again: a question or its answer may be lost."""
 BACK_TIMEOUT = 30.0
@@ -41,7 +43,7 @@ class FaultSchedule:
     def __init__(
         self, runtime: Runtime, members: ScheduledMembers, pump: Callable[[], object], fail: Callable[[str], None]
     ) -> None:
-        """Call ``pump`` while time stands still, and ``fail`` where the schedule is not kept."""
+        """Call ``pump`` while time is stopped, and ``fail`` where the schedule is not kept."""
         self._runtime = runtime
         self._fail = fail
         self._members = members
@@ -108,7 +110,7 @@ class FaultSchedule:
             self._pump()
 
     def _ask(self, verb: str, question: object) -> FaultInjected | None:
-        """Ask the first host until it answers, with time standing still; None if it has not done it."""
+        """Ask the first host until it answers, with time stopped; None if it has not done it."""
         within = Patience(ENDED_TIMEOUT)
         while not within.is_over() and self._runtime.state is not State.FINALIZED:
             answers = self._asked_once(verb, question)

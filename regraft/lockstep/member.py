@@ -182,7 +182,7 @@ class Member:
             self._runtime.writers.defers = True
             error = self._work(step)
         elif step.kind is StepKind.REPORT:
-            self._settle()  # whoever took over in the slot may have begun heavy work
+            self._settle()  # a run that took over in the slot may have begun heavy work
         elif step.kind is StepKind.SLOT:
             self._clock.advance_to(step.time)
             touched = hold_slot(self._runtime, step.outside, self._pump_once, self._settle)

@@ -126,7 +126,7 @@ class SourceLoop:
     def _promise_checkpoint(self) -> None:
         """Have a checkpoint of this moment taken and put while the others work, before anything else changes the world.
 
-        It is put before anything of the next tick is: whoever continues from it repeats this moment at the most.
+        It is put before anything of the next tick is: a run that continues from it repeats this moment at the most.
         """
         runtime, checkpoints = self._runtime, self._runtime.checkpoints
 

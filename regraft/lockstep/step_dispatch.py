@@ -25,7 +25,7 @@ FORGETS_SLOWLY = 0.8
 
 @dataclass(slots=True)
 class Moment:
-    """Where simulated time stands: the tick, and nanoseconds since the start."""
+    """The present simulated time: the tick, and nanoseconds since the start."""
 
     tick: int = 0
     time: int = 0
@@ -108,8 +108,9 @@ class StepDispatcher:
     ) -> tuple[list[Ack], list[str]]:
         """Wait for the acknowledgements of ``names``, in any order.
 
-        Steps are sent again after a while, and ``late`` is told whom they go to. Returns the acknowledgements in the
-        order of names, and who stayed silent for too long (if ``bounded``); nobody is waited for once it has ``ended``.
+        Steps are sent again after a while, and ``late`` is called with their members. Returns the acknowledgements in
+        the order of names, and who stayed silent for too long (if ``bounded``); nobody is waited for once it has
+        ``ended``.
         """
         again, within = time.monotonic(), Patience(STEP_BOUND)
         silent: list[str] = []

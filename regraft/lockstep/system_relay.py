@@ -1,6 +1,6 @@
-"""The source of time publishes what members say of themselves: so it has its place among all messages.
+"""The source of time publishes members' reports on themselves: so these have their place among all messages.
 
-Members say it in their acknowledgements, which come in every run alike. Nothing is published where nobody reads.
+The reports come in acknowledgements, which are the same in every run. Nothing is published where nobody reads.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class SystemRelay:
         return self._moment.time / 1e9
 
     def take(self, news: SystemNews | None) -> None:
-        """Take what a member has said in its acknowledgement."""
+        """Take a member's report from its acknowledgement."""
         if news is not None:
             self._view.take(news, self._now)
 

@@ -15,15 +15,15 @@ class ReportedWiring:
         self._told_outputs: frozenset[str] = frozenset()
 
     def forget(self) -> None:
-        """Take nothing for told: the coordinator is another one, or has lost sight of the component."""
+        """Take nothing for sent: the coordinator is another one, or has lost sight of the component."""
         self._told = None
 
     def all(self) -> Wiring:
-        """Return the wiring, which counts as told from now on."""
+        """Return the wiring, which counts as sent from now on."""
         return self._tell(wiring_of(self._runtime))
 
     def news(self) -> Wiring | None:
-        """Return the wiring as ``all`` does if something else was told, None if not: asked for after every step."""
+        """Return the wiring as ``all`` does if it has changed since, None if not: asked for after every step."""
         runtime = self._runtime
         inputs, anew = _read(runtime), runtime.inbound.anew
         known = not anew and self._told is not None and self._told.inputs == inputs

@@ -99,7 +99,7 @@ def kill(pid: int) -> None:
 
 @contextlib.contextmanager
 def nothing_left_behind() -> Iterator[None]:
-    """In the end of the block, kill whatever came below this process within it; blocks may stand within others."""
+    """At the end of the block, kill all processes that it left below this one; blocks may be nested."""
     before = frozenset(descendants(os.getpid()))
     adopted = _adopts_orphans()
     adopt_orphans()

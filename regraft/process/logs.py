@@ -33,7 +33,7 @@ def log_of(folder: Path, component: str) -> Path:
 
 
 def begin_anew_if_long(log: Path) -> None:
-    """Keep the end of a log that has grown too long as ``.1``, and empty it; whoever writes to it continues.
+    """Keep the end of a log that has grown too long as ``.1``, and empty it; its writers continue.
 
     It is copied, since programs hold it open. A failed attempt is repeated the next time.
     """

@@ -1,4 +1,4 @@
-"""The process of one component: from its assignment to its end, clean whatever happens."""
+"""The process of one component: from its assignment to its end, which is clean in any case."""
 
 from __future__ import annotations
 

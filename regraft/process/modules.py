@@ -1,4 +1,4 @@
-"""Imports authors' modules, whatever they do meanwhile, with hints for those that do not exist."""
+"""Imports authors' modules, which may run any code, with hints for those that do not exist."""
 
 from __future__ import annotations
 

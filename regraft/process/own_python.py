@@ -1,4 +1,4 @@
-"""How a Python process of ours is started: it imports what this one does, whatever the current folder holds."""
+"""How a Python process of ours is started: it imports what this one does, from any current folder."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def own_python(*arguments: str) -> list[str]:
 def own_environment() -> dict[str, str]:
     """Return the environment for ``own_python``: this process's, and where it finds modules.
 
-    The folder of this installation stands among those. Without it, a folder named as one of our packages hides that
+    The folder of this installation is among those. Without it, a folder named as one of our packages hides that
     package where it is installed in place: Python asks the finder of such packages last.
     """
     folders = dict.fromkeys([*(folder or os.getcwd() for folder in sys.path), str(INSTALLED_IN)])

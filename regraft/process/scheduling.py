@@ -15,7 +15,7 @@ import os
 def work_in_batches() -> bool:
     """Make this process, and those that it starts from now on, batch work; call it while it has one thread.
 
-    A policy that a user has given stands. Returns False then, and where there is no such policy (macOS).
+    A policy that a user has set is kept. Returns False then, and where there is no such policy (macOS).
     """
     if not hasattr(os, "SCHED_BATCH") or os.sched_getscheduler(0) != os.SCHED_OTHER:
         return False

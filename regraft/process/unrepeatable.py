@@ -50,12 +50,12 @@ WATCHED: dict[str, tuple[str, tuple[str, ...]]] = {
 """Modules, what to use instead, and their functions."""
 
 LIKE_AUTHORS = frozenset(("regraft.services", "regraft.sim_service", "regraft.stacks"))
-"""Packages of ours that must not read clocks either; all others of ours read them where no run can tell."""
+"""Packages of ours that must not read clocks either; all others of ours read them where no run can notice."""
 MAX_TOLD = 20
-"""Places that are told; each costs a line in the log and an event."""
+"""Places that are reported; each costs a line in the log and an event."""
 
 Tell = Callable[[str, int, str, str], object]
-"""Is told of a place: its file, line, what is called there, and what to use instead."""
+"""Is called with a place: its file, line, what is called there, and what to use instead."""
 Undo = Callable[[], None]
 
 _found: dict[tuple[str, str], ModuleType] = {}

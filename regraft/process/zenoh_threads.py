@@ -15,7 +15,7 @@ from __future__ import annotations
 import os
 
 VARIABLE = "ZENOH_RUNTIME"
-"""Read by Zenoh when a process opens its first session; what a user has put there stands."""
+"""Read by Zenoh when a process opens its first session; what a user has put there is kept."""
 ONE_READS = "(rx: (handover: app), app: (worker_threads: 1))"
 
 

@@ -14,7 +14,7 @@ MAX_SECONDS_AT_ONCE = 0.05
 """Items taken from the inbox, and seconds spent on them, before timers and the heartbeat get their turn."""
 
 MAX_WAITING = 10_000
-"""Items that may wait in the inbox: whoever cannot keep up loses messages, and reports it, rather than grow for ever.
+"""Items that may wait in the inbox: a component that cannot keep up loses messages, and reports it, so as not to grow.
 """
 
 
@@ -102,7 +102,7 @@ def run(runtime: Runtime) -> None:
 
 
 def catch_up(runtime: Runtime) -> None:
-    """Take what has come meanwhile; whoever falls behind for good loses messages rather than grow for ever."""
+    """Take what has come meanwhile; a component that falls behind for good loses messages rather than grow for ever."""
     taken, until = 0, time.monotonic() + MAX_SECONDS_AT_ONCE
     while not runtime.inbox.empty() and taken < MAX_AT_ONCE and time.monotonic() < until:
         runtime.take(runtime.inbox.get(0.0))

@@ -1,4 +1,4 @@
-"""The parts of a running component, on which its lifecycle, its control and its hand-over stand."""
+"""The parts of a running component, which its lifecycle, its control and its hand-over use."""
 
 from __future__ import annotations
 

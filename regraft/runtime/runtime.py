@@ -1,4 +1,4 @@
-"""One component, running: its parts, and what acts on them. Loops (``loop``, ``stepped``) say when it works."""
+"""One component, running: its parts, and what acts on them. Loops (``loop``, ``stepped``) decide when it works."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ class Runtime(Parts):
         self.presence.declare()
 
     def leave(self) -> None:
-        """Disappear from the bus, whatever state this is in."""
+        """Disappear from the bus, from any state."""
         self.handover.leave()
         self.presence.disappear()
         self.lifecycle.disconnect()
@@ -139,7 +139,7 @@ class Runtime(Parts):
         self.work()
 
     def _link_renewed(self) -> None:
-        """Make good what the broken link has lost: say how far all that is written has come, ask for what is read.
+        """Make good what the broken link has lost: publish how far all that is written has come, ask for what is read.
 
         In lockstep there is no need: each step has how far to read.
         """

@@ -2,7 +2,7 @@
 
 The folder also has the secret that all hosts of its systems share.
 
-Elliptic-curve keys (P-256). The authority's key stays in the folder; whoever has it can admit hosts.
+Elliptic-curve keys (P-256). The authority's key stays in the folder; a person who has it can admit hosts.
 """
 
 from __future__ import annotations

@@ -60,7 +60,7 @@ class _End:
 
 
 class Gate:
-    """Admits connections and passes on what they say, on one thread."""
+    """Admits connections and forwards their data, on one thread."""
 
     def __init__(self, listening: socket.socket, hub: tuple[str, int], context: ssl.SSLContext) -> None:
         """Take over a socket that listens; ``hub`` is where links are passed on to."""
@@ -136,7 +136,7 @@ class Gate:
         arrival.link.close()
 
     def _greet(self, arrival: _Arrival) -> None:
-        """Begin the handshake now that the other end has said something, or continue with it."""
+        """Begin the handshake now that the other end has sent something, or continue with it."""
         link = arrival.link
         try:
             if arrival.refused:
@@ -200,7 +200,7 @@ class _Link:
             self.watch()
 
     def watch(self) -> None:
-        """Wait for what can be done next; close the link once an end is over and the other has all that it said."""
+        """Wait for what can be done next; close the link once an end is over and the other has all that it sent."""
         if any(source.over and not sink.waiting for source, sink in self._ends):
             self.close()
             return
@@ -222,7 +222,7 @@ class _Link:
             self._want(end.link, 0)
             with contextlib.suppress(OSError, ValueError):
                 if isinstance(end.link, ssl.SSLSocket):
-                    end.link.unwrap()  # says that this is the end; its answer is not waited for
+                    end.link.unwrap()  # announces the end; its answer is not waited for
             end.link.close()
 
 

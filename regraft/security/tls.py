@@ -41,7 +41,7 @@ class Exchange:
         self._tls.write(word)
 
     def heard(self) -> bytes:
-        """Return what the other end has said; empty if nothing."""
+        """Return what the other end has sent; empty if nothing."""
         try:
             return self._tls.read(MAX_WORD)
         except ssl.SSLWantReadError:
@@ -66,7 +66,7 @@ def context(tls: Tls, *, server: bool) -> ssl.SSLContext:
 
 
 def _no_password() -> str:
-    """Stand for the password of a key: asking for one would wait for a person."""
+    """Refuse in place of a key's password: asking for one would wait for a person."""
     raise OSError("the key is protected by a password")
 
 

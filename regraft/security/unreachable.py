@@ -26,14 +26,14 @@ BY_ALERT = {
 
 
 def explained(error: BusError, endpoints: Endpoints) -> BusError:
-    """Return an error of the bus with the reason, where it can be told."""
+    """Return an error of the bus with the reason, where it is known."""
     endpoint = endpoints.connect[0]
     why = why_unreachable(endpoint, endpoints.tls)
     return BusError(f"cannot reach {endpoint}: {why}") if why else error
 
 
 def why_unreachable(endpoint: str, tls: Tls | None) -> str:
-    """Return in words why there is no link to an endpoint, as far as can be told from here; empty if it cannot."""
+    """Return in words why there is no link to an endpoint, as far as it can be found from here; empty if it cannot."""
     protocol, _, address = endpoint.partition("/")
     host, _, port = address.rpartition(":")
     if protocol not in ("tcp", "tls") or not port.isdecimal():
@@ -68,7 +68,7 @@ def _why_no_handshake(link: socket.socket, host: str, tls: Tls, again: Callable[
     try:
         with context.wrap_socket(link, server_hostname=host) as safe:
             shaken = True
-            # That our certificate is refused is said after the handshake; who takes it waits for us to speak.
+            # A refusal of our certificate comes after the handshake; a peer that accepts it waits for us to send.
             safe.settimeout(LOOK_TIMEOUT)
             if not safe.recv(1):
                 return "it closes the link right after the TLS handshake: is the system just starting or ending?"

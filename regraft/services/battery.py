@@ -15,7 +15,7 @@ EMPTY, LOW, BELOW_LIMIT, FULL = "empty", "low", "below_limit", "ok"
 SEVERITY = {EMPTY: Level.ERROR, LOW: Level.WARNING, BELOW_LIMIT: Level.WARNING, FULL: Level.OK}
 TEXTS = {EMPTY: "empty", LOW: "low", BELOW_LIMIT: "below its limit", FULL: "all right"}
 CHARGER_HOLDS = 2.0
-"""s: so long after its last word a charger is taken to continue as it said."""
+"""s: for this long after its last message, a charger is taken to give the power that it reported."""
 
 
 class Battery(Component):
@@ -92,7 +92,7 @@ class Battery(Component):
 
     @every(hz=2.0)
     def account(self) -> None:
-        """Book what was drawn and charged since the last time, and tell."""
+        """Book what was drawn and charged since the last time, and publish the state."""
         now = self.kit.now()
         since = now if self._until is None else self._until
         spent = {

@@ -1,4 +1,4 @@
-"""Watches what the sensors send, and tells when one of them fails."""
+"""Watches what the sensors send, and reports when one of them fails."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class SensorMonitor(Component):
 
     @every(hz=LOOKS)
     def look(self) -> None:
-        """Judge all sensors and tell."""
+        """Judge all sensors and publish the result."""
         now = self.kit.now()
         watched, faults = [], []
         for name, watch in self._watches.items():
@@ -168,7 +168,7 @@ class SensorMonitor(Component):
         return is_moving(command) and now - envelope.stamp / 1e9 <= COMMAND_HOLDS
 
     def _take(self, topic: str, watch: _Watch, finding: Finding | None, now: float) -> None:
-        """Take in a judgement, and tell where it is another than before."""
+        """Take in a judgement, and report it where it changed."""
         before, watch.finding = watch.finding, finding
         if (finding.fault if finding else None) == (before.fault if before else None):
             return

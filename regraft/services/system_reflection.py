@@ -1,4 +1,4 @@
-"""The system reflection (ReBeT, section IV): tells missions what topics say, by a mapping in the stack file."""
+"""The system reflection (ReBeT, section IV): publishes topics' values to missions, by a mapping in the stack file."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class SystemReflection(Component):
             )
 
     def on_activate(self) -> None:
-        """Begin without values, and tell so: readers then know which entries there will be."""
+        """Begin without values, and publish that: readers then know which entries there will be."""
         self._entries = [_Entry(mapped, self.kit.inputs[mapped.entry]) for mapped in self.mapping]
         if not self._entries:
             return

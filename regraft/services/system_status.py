@@ -13,7 +13,7 @@ from regraft.bus_schema.model.description import Resources
 
 
 class SystemStatusReporter(Component):
-    """Puts together what the parts say: components by state, charge, darkness, and what is wrong.
+    """Summarizes what the parts publish: components by state, charge, darkness, and what is wrong.
 
     Components are counted by the state that the architecture wants for them. A component that has not been heard of for
     ``stale_after`` counts as unknown.

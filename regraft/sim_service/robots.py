@@ -50,7 +50,7 @@ class RobotSpec:
     Its MJCF elements, topics and ports have short names in its own files. In the world they begin with ``NAME/``,
     unless the name is empty. ``model`` is the MJCF file that is attached to the world. Without a model the world file
     has the robot itself, as the body ``base``. A robot has a ``place``, or one is drawn in a ``region``. Else the
-    world file's rules place it, or it stands where its MJCF says.
+    world file's rules place it, or it stands where its MJCF has it.
     """
 
     name: Annotated[str, Text(64)] = ""

@@ -53,7 +53,7 @@ def try_world(scene: Scene, seed: int, settings: SimulationSettings) -> None:
         for device in devices:
             _connect_to_nothing(device)
         simulation.advance(settings.tick)
-        simulation.progress.steps = 0  # at the tick 0 all sensors are due, whatever their rates
+        simulation.progress.steps = 0  # at the tick 0 all sensors are due, at any rates
         for device in devices:
             call(device, device.sense)
             call(device, device.truth)

@@ -16,7 +16,7 @@ from regraft.sim_service.robots import RobotSpec
 from regraft.sim_service.simulation import Simulation
 
 FAILURE = "failure"
-"""The parameter of a device that says how it fails."""
+"""The parameter of a device for how it fails."""
 
 
 class _Renamed(Mapping[str, Any]):
@@ -37,7 +37,7 @@ class _Renamed(Mapping[str, Any]):
 
 
 def check_failures(robots: Sequence[RobotSpec], failures: Sequence[DeviceFails]) -> None:
-    """Check that the devices of a schedule can fail as it says; raises ParameterError with everything that is wrong."""
+    """Check that devices can fail as a schedule states; raises ParameterError with everything that is wrong."""
     kinds = _kinds(fitted(robots))
     problems: list[tuple[str, str]] = []
     for index, fails in enumerate(failures):
@@ -107,7 +107,7 @@ class DeviceWiring:
             handle(message)
 
     def fail(self, now: float) -> None:
-        """Let the devices fail as parameters and schedule say for this moment (s)."""
+        """Let the devices fail by parameters and schedule at this moment (s)."""
         for name, failing in self._failing.items():
             device = self._devices[name]
             asked = device.kit.parameters.values[FAILURE]

@@ -202,7 +202,7 @@ class WorldCamera(Component):
         return len(self._taken) / seconds if seconds > 0.0 else 0.0
 
     def _note_failure(self) -> str:
-        """Return how the camera fails now, and tell when that changes."""
+        """Return how the camera fails now, and publish changes."""
         failure = self.failure if self.failure != NONE else self._schedule.at(self.kit.now())
         if failure != self._failing:
             self._failing = failure
@@ -229,7 +229,7 @@ class WorldCamera(Component):
         if failure == BLACK:
             return self.black(*self._size)
         if failure != FROZEN or self._shown is None:
-            # The step seeds the noise: the number of the tick tells moments apart just as well.
+            # The step seeds the noise: the number of the tick distinguishes moments just as well.
             colours = {shown.geom: (shown.red, shown.green, shown.blue) for shown in state.colours}
             self._shown = self.take(eye, RenderState(state.positions, state.light, state.tick, colours))
         return self._shown

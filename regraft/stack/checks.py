@@ -1,4 +1,4 @@
-"""Checks a stack as a whole, and says where in the file each violation stands."""
+"""Checks a stack as a whole, and finds the line of the file of each violation."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ FIELD_IN_FILE = {"name": "", "resources": "", "description": ""}
 def stack_problems(architecture: Architecture) -> Iterator[tuple[str, str]]:
     """Yield the dotted path in the file and the text of everything that is wrong.
 
-    Where the class of a component is not known, neither is what it would read and write; nothing is said of
-    connections and of the source of time then, because most of it would be wrong. That a component lacks its
-    class or its description is told where it is read.
+    Where the class of a component is not known, neither is what it would read and write; connections and the
+    source of time are not judged then, because most of it would be wrong. That a component lacks its class or its
+    description is reported where it is read.
     """
     complete = all(spec.description or not spec.managed for spec in architecture.components.values())
     for violation in violations(architecture):

@@ -49,7 +49,7 @@ def taken_from_robot(path: str) -> dict[str, str]:
 def describe_class(
     path: str, parameters: Mapping[str, PlainValue], folders: Mapping[str, Path] | None = None
 ) -> tuple[Description, tuple[tuple[str, str], ...]]:
-    """Return what the class at ``module:Class`` says of itself, given the parameters that are read-only.
+    """Return the description of the class at ``module:Class``, given the parameters that are read-only.
 
     ``folders`` are those from which relative paths are looked for. The second part has the problems that no description
     shows: each part of a parameter, and why. The description is then the one without parameters.

@@ -15,7 +15,7 @@ from regraft.stack.yaml.path_hints import instead_of_path
 def file_problems(description: Description, values: Mapping[str, PlainValue]) -> Iterator[tuple[str, str]]:
     """Yield each parameter of ``values``, or field of a record, that names a missing file, and what is wrong.
 
-    The paths are absolute. Nothing is said of those in the folder of the running system, which is not known yet.
+    The paths are absolute. Those in the folder of the running system, which is not known yet, are not judged.
     """
     for parameter in description.parameters:
         value = values.get(parameter.name)

@@ -26,12 +26,12 @@ def stack_file(named: Path) -> Path:
     try:
         path = named if named.exists() else _installed(named, ENTRY_POINTS) or named
         return path / STACK_FILE if path.is_dir() else path
-    except OSError:  # such as a name that is too long: reading it says so
+    except OSError:  # such as a name that is too long: reading it reports that
         return named
 
 
 def instead_of_stack(named: Path) -> str:
-    """Say which installed stack may be meant, as the end of a sentence; empty for a path with more than a name."""
+    """Return which installed stack may be meant, as the end of a sentence; empty for a path with more than a name."""
     if named != Path(named.name):
         return ""
     names = sorted(entry_points(group=ENTRY_POINTS).names)

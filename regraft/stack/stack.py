@@ -19,7 +19,7 @@ from regraft.stack.yaml.problems import Problem, nearest
 class Stack:
     """A checked stack. ``duration`` (seconds of the system's time) None runs until it is ended.
 
-    ``file`` is the stack file as it was named. ``document`` is what it says with all that it includes, and where.
+    ``file`` is the stack file as it was named. ``document`` is its content with all that it includes, and the lines.
     ``imports`` are modules to import for the message types that they define.
     ``references`` has the values of ``$world``, ``$robots`` and all else, by robot; the empty name is the stack itself.
     ``faults`` are on the schedule of the run.
@@ -60,7 +60,7 @@ class Stack:
 
     @property
     def locations(self) -> dict[str, Location]:
-        """Where each field stands, by dotted path."""
+        """The file and line of each field, by dotted path."""
         return locations_of(self.document)
 
     def problem(self, path: str, problem: str) -> Problem:
@@ -68,7 +68,7 @@ class Stack:
         return Problem(*(nearest(self.locations, path) or Location(str(self.file))), path, problem)
 
     def with_field(self, keys: Sequence[str], value: Node) -> Stack:
-        """Return the stack with another field in its document; what the architecture says stays."""
+        """Return the stack with another field in its document; the architecture stays."""
         return replace(self, document=_with_field(self.document, keys, value))
 
 

@@ -15,7 +15,7 @@ from regraft.stack.sections.components import connections, services
 def successor(
     change: Swap, old: ComponentSpec, described: ComponentSpec, topics: Mapping[str, TopicSpec]
 ) -> ComponentSpec:
-    """Return the spec after a swap: with what the old one had and the new class has too, where the swap says nothing.
+    """Return the spec after a swap: with what the old one had and the new class has too, where the swap gives nothing.
 
     ``described`` is the new spec with its class's description.
     """

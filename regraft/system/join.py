@@ -156,7 +156,7 @@ def _checked(first: JoinedSystem, wanted: Wanted) -> JoinedSystem:
 
 
 def _read(answer: Answer, kind: type[Told]) -> Told | str:
-    """Return what the first host says, or why one has to wait; raises CannotJoin."""
+    """Return the first host's answer, or why one has to wait; raises CannotJoin."""
     try:
         if not answer.error:
             return codec.decode(answer.payload, kind)

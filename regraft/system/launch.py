@@ -120,7 +120,7 @@ def run_system(
 def prepare_process(specs: Iterable[ComponentSpec], notice: Notice = lambda _: None) -> tuple[str, ...]:
     """Import and prepare what the components' processes share, before the first is forked; raises NoSuchClass.
 
-    Returns what the classes have to say about this machine, each line once. ``notice`` gets a line about a module
+    Returns the classes' remarks about this machine, each line once. ``notice`` gets a line about a module
     whose import takes long.
 
     It is left out of every collection of garbage from then on. To look at it all takes a tenth of a second, in which no

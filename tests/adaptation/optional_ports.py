@@ -13,7 +13,7 @@ class Voice(Component):
     """Counts aloud, to whoever listens."""
 
     numbers = Output(Twist, required=False)
-    rate = Parameter(1000.0, minimum=0.0, maximum=5000.0, unit="Hz")
+    rate = Parameter(200.0, minimum=0.0, maximum=5000.0, unit="Hz")
     sent: int = 0
 
     @every(hz=rate)

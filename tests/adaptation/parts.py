@@ -24,7 +24,7 @@ class Talker(Component):
     """Counts aloud."""
 
     numbers = Output(Twist)
-    rate = Parameter(1000.0, minimum=0.0, maximum=5000.0, unit="Hz")
+    rate = Parameter(200.0, minimum=0.0, maximum=5000.0, unit="Hz")
     sent: int = 0
 
     @every(hz=rate)

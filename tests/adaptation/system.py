@@ -25,7 +25,7 @@ from regraft.component.component import Component, class_path, describe
 from regraft.runtime.core.assignment import Assignment, Succession
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Fragile, Listener, Newcomer, Scanner, Talker
-from tests.support.threads import ComponentThread
+from tests.support.machine.threads import ComponentThread
 from tests.support.waiting import PATIENCE
 
 SYSTEM = "t"

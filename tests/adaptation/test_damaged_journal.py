@@ -21,8 +21,8 @@ from regraft.bus_schema.messages.management.manager import ArchitectureRequest
 from regraft.bus_schema.messages.protocol.control import ParameterValues
 from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome, SetParameters
 from regraft.bus_schema.model.architecture import Architecture
+from tests.adaptation.failures.test_recovery import dying
 from tests.adaptation.system import System
-from tests.adaptation.test_recovery import dying
 from tests.support.waiting import PATIENCE, wait_until
 
 COPIES = itertools.count()

@@ -9,7 +9,7 @@ from regraft.bus_schema.model.adaptation import Move, Outcome
 from regraft.bus_schema.model.hosts.host_state import HostState
 from tests.host.several import MOVE, Site
 from tests.support.hosts import JoinedHost, wait_state
-from tests.support.processes import children_of, go_on, stop
+from tests.support.machine.processes import children_of, go_on, stop
 from tests.support.waiting import wait_until
 
 TIMES = 13

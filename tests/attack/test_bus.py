@@ -11,10 +11,10 @@ import pytest
 from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.bus_schema.keys import CONTROL_VERBS
 from tests.attack.tally import Tally
+from tests.hostile.bus.raw import Raw, stranger
+from tests.hostile.bus.test_garbage import BAD_PAYLOADS, HOST_VERBS, KEYS
 from tests.hostile.conftest import SOURCE, Start
 from tests.hostile.parts import Number, Word
-from tests.hostile.raw import Raw, stranger
-from tests.hostile.test_garbage import BAD_PAYLOADS, HOST_VERBS, KEYS
 from tests.support.systems import System
 from tests.support.waiting import wait_until
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from tests.attack.tally import Tally
+from tests.hostile.components.test_imports import CLASS, HOSTILE, command, refused
 from tests.hostile.conftest import SINK, SOURCE
-from tests.hostile.test_imports import CLASS, HOSTILE, command, refused
 
 pytestmark = [pytest.mark.attack, pytest.mark.timeout(600)]
 

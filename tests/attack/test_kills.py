@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from regraft.bus_schema.model.adaptation import Outcome, SetParameters
+from tests.adaptation.failures.test_restored import as_told, some_change, some_way
 from tests.adaptation.system import System as SmallSystem
-from tests.adaptation.test_restored import as_told, some_change, some_way
 from tests.attack.tally import Tally
 from tests.host.conftest import HEAD
-from tests.host.killing import STACK, TOPICS, adapt_through_kills
+from tests.host.processes.killing import STACK, TOPICS, adapt_through_kills
 from tests.support.systems import System
 
 pytestmark = [pytest.mark.attack, pytest.mark.timeout(900)]

@@ -7,7 +7,7 @@ from functools import partial
 import pytest
 
 from tests.attack.tally import Tally
-from tests.gateway.generated import attacked
+from tests.gateway.http.generated import attacked
 from tests.hostile.conftest import HEAD, SINK, SOURCE, Start
 from tests.hostile.rest import Rest
 

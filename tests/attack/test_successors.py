@@ -11,7 +11,7 @@ import pytest
 from regraft.bus_schema.model.adaptation import Outcome, Swap
 from tests.attack.tally import Tally
 from tests.evidence.test_swapping import CALLER, OFTEN
-from tests.host.test_swap import HEAD, NOTHING, STACK, adapt, faults, hears_on
+from tests.host.adapting.test_swap import HEAD, NOTHING, STACK, adapt, faults, hears_on
 from tests.support.systems import System
 
 pytestmark = [pytest.mark.attack, pytest.mark.timeout(900)]
@@ -20,11 +20,11 @@ TIMES = 60
 GOOD = {"succeeds": "tests.handover.parts:Doubler", "goes back": "tests.handover.parts:Totaller"}
 BAD = {
     "ends as it is configured": "tests.host.parts:StillbornTotaller",
-    "cannot be configured": "tests.adaptation.swappable:Broken",
+    "cannot be configured": "tests.adaptation.swaps.swappable:Broken",
     "cannot take the state": "tests.handover.parts:Unable",
     "is killed with the state": "tests.handover.parts:DiesRestoring",
     "hangs with the state": "tests.handover.parts:HangsRestoring",
-    "cannot be activated": "tests.adaptation.swappable:Lame",
+    "cannot be activated": "tests.adaptation.swaps.swappable:Lame",
 }
 
 

@@ -12,7 +12,7 @@ import pytest
 from regraft import run_directory
 from tests.attack.tally import Tally
 from tests.hostile.conftest import HEAD, SINK, SOURCE
-from tests.support.processes import children_of, wait_gone
+from tests.support.machine.processes import children_of, wait_gone
 from tests.support.systems import System
 from tests.support.waiting import wait_until
 

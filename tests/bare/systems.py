@@ -21,10 +21,10 @@ from regraft.bus_schema.messages.protocol.control import ControlError, Snapshot
 from regraft.component.component import class_path
 from regraft.runtime.core.assignment import Assignment
 from regraft.security.system_secret import fresh
+from tests.support.machine.ports import free_endpoint
+from tests.support.machine.processes import exists, wait_gone
 from tests.support.nursery import Nursery
 from tests.support.paths import ROOT
-from tests.support.ports import free_endpoint
-from tests.support.processes import exists, wait_gone
 from tests.support.waiting import PATIENCE, wait_for
 
 T = TypeVar("T")

@@ -3,8 +3,7 @@
 import pytest
 
 from behavior_tree import FAILURE, RUNNING, SUCCESS, NodeError
-
-from .trees import leaf, statuses, ticks, tree_of
+from tests.behavior_tree.trees import leaf, statuses, ticks, tree_of
 
 
 @pytest.mark.parametrize(

@@ -21,8 +21,7 @@ from behavior_tree import (
     Tree,
     load_text,
 )
-
-from .trees import document, ticks
+from tests.behavior_tree.trees import document, ticks
 
 Course = Callable[["Errand"], Steps]
 

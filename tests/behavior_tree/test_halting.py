@@ -3,8 +3,7 @@
 import pytest
 
 from behavior_tree import RUNNING, NodeError
-
-from .trees import leaf, statuses, ticks, tree_of
+from tests.behavior_tree.trees import leaf, statuses, ticks, tree_of
 
 
 def test_on_halted_runs_once_and_only_for_nodes_that_were_running() -> None:

@@ -20,8 +20,7 @@ from behavior_tree import (
     load_text,
 )
 from behavior_tree.scripted import scripted_registry
-
-from .trees import document, leaf, ticks
+from tests.behavior_tree.trees import document, leaf, ticks
 
 BODY = f"<Sequence name='main'>{leaf('R', 'first')}<SubTree ID='T' name='sub'/>{leaf('R', 'last')}</Sequence>"
 SUB = f"<BehaviorTree ID='T'><Fallback name='inner'>{leaf('R', 'deep')}{leaf('R', 'deeper')}</Fallback></BehaviorTree>"

@@ -21,8 +21,7 @@ from behavior_tree import (
     SyncAction,
     load_text,
 )
-
-from .trees import document, leaf, ticks, tree_of
+from tests.behavior_tree.trees import document, leaf, ticks, tree_of
 
 
 class Mode(Enum):

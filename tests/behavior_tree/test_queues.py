@@ -6,8 +6,7 @@ from typing import Any
 import pytest
 
 from behavior_tree import LoadError, NodeError, Tree
-
-from .trees import leaf, statuses, ticks, tree_of
+from tests.behavior_tree.trees import leaf, statuses, ticks, tree_of
 
 
 def looped(kind: str, queue: str, script: str = "S", ports: str = "", events: list[str] | None = None) -> Tree:

@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 from behavior_tree import IDLE, RUNNING, LoadError, ManualClock, NodeError, Registry, Tree, TreeError, load_text
 from behavior_tree.nav2 import register_nav2
 from behavior_tree.scripted import scripted_registry
-
-from .random_trees import TreeMaker
-from .trees import document, plain_registry
+from tests.behavior_tree.random_trees import TreeMaker
+from tests.behavior_tree.trees import document, plain_registry
 
 LEAF = "<AlwaysSuccess/>"
 VALUES = (0, 1, -3, 2.5, "x", "1;2", [1.0, 2.0], {"x": 1, "y": 2})

@@ -4,8 +4,7 @@ import pytest
 
 from behavior_tree import FAILURE, RUNNING, SUCCESS, ManualClock
 from behavior_tree.scripted import LETTERS
-
-from .trees import leaf, statuses, ticks, tree_of
+from tests.behavior_tree.trees import leaf, statuses, ticks, tree_of
 
 
 def test_sleep_runs_until_its_time_has_come() -> None:

@@ -16,8 +16,7 @@ from behavior_tree import (
     status_from_name,
     status_name,
 )
-
-from .trees import document, leaf, plain_registry, statuses, ticks, tree_of
+from tests.behavior_tree.trees import document, leaf, plain_registry, statuses, ticks, tree_of
 
 RETRY = "<RetryUntilSuccessful num_attempts='3'><ScriptedSync name='n' script='FFS'/></RetryUntilSuccessful>"
 

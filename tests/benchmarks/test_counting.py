@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks.rewire import Faults, _runs
+from benchmarks.adapting.rewire import Faults, _runs
 from benchmarks.sides.counting import Heard
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tests.cli.live import STACK, System, regraft
 from tests.support.commands import Command, in_home
-from tests.support.processes import wait_gone
+from tests.support.machine.processes import wait_gone
 from tests.support.waiting import wait_until
 
 

@@ -247,53 +247,58 @@ def check(done: Done, told: str) -> None:
 
 
 @pytest.fixture
-def among_files(robot: System, monkeypatch: pytest.MonkeyPatch) -> System:
-    """Stand in the folder with the files."""
+def untouched(robot: System, monkeypatch: pytest.MonkeyPatch) -> Iterator[System]:
+    """Return the robot, in the folder with the files; what the test did must have left no trace in its journal."""
     monkeypatch.chdir(robot.home.parent)
-    return robot
+    before = robot.ask("journal")
+    yield robot
+    assert robot.ask("journal") == before
 
 
-def test_every_mistyped_argument_exits_with_2_and_leaves_no_trace(among_files: System) -> None:
-    check_each(generated(), lambda row: check(mistyped(among_files, *row[0]), row[1]))
+def test_every_mistyped_argument_exits_with_2_and_leaves_no_trace(untouched: System) -> None:
+    check_each(generated(), lambda row: check(regraft(untouched.home, *row[0]), row[1]))
 
 
-def test_every_mistyped_option_exits_with_2_and_leaves_no_trace(among_files: System) -> None:
-    check_each(OPTIONS, lambda row: check(mistyped(among_files, *row[0].replace("STACK", str(STACK)).split()), row[1]))
+def test_every_mistyped_option_exits_with_2_and_leaves_no_trace(untouched: System) -> None:
+    def refused(row: tuple[str, str]) -> None:
+        check(regraft(untouched.home, *row[0].replace("STACK", str(STACK)).split()), row[1])
+
+    check_each(OPTIONS, refused)
 
 
 @pytest.mark.parametrize("more", [(), ("--dry-run",)], ids=["", "dry run"])
 def test_every_mistyped_change_in_a_file_exits_with_2_and_leaves_no_trace(
-    among_files: System, tmp_path: Path, more: tuple[str, ...]
+    untouched: System, tmp_path: Path, more: tuple[str, ...]
 ) -> None:
     file = tmp_path / "request.json"
 
     def refused(row: tuple[dict[str, Any], str]) -> None:
         file.write_text(json.dumps({"changes": [row[0]]}))
-        check(mistyped(among_files, "adapt", str(file), *more), row[1])
+        check(regraft(untouched.home, "adapt", str(file), *more), row[1])
 
     check_each(CHANGES, refused)
 
 
-def test_every_mistake_of_a_request_is_told_at_once_by_its_change(among_files: System, tmp_path: Path) -> None:
+def test_every_mistake_of_a_request_is_told_at_once_by_its_change(untouched: System, tmp_path: Path) -> None:
     file = tmp_path / "request.json"
     file.write_text(json.dumps({"changes": [CHANGES[1][0], CHANGES[3][0]]}))
-    done = mistyped(among_files, "adapt", str(file))
+    done = regraft(untouched.home, "adapt", str(file))
     assert done.returncode == 2
     lines = done.stderr.splitlines()
     assert "change 0: talker has no parameter 'stp'" in lines[0]
     assert "change 1: listener has no port 'nmber'" in lines[1]
 
 
-def test_each_change_of_a_request_sees_what_those_before_it_do(among_files: System, tmp_path: Path) -> None:
+def test_each_change_of_a_request_sees_what_those_before_it_do(untouched: System, tmp_path: Path) -> None:
     file = tmp_path / "request.json"
     add = {"change": "add", "component": "second", "spec": {"class": "tiny_parts:Listener", "services": {
         "last_number": "second_number", "wait_for": "second_wait"}}}  # fmt: skip
     later = {"change": "set_parameters", "component": "second", "parameters": {"offset": 1}}
     file.write_text(json.dumps({"changes": [add, later]}))
-    assert among_files.ask("adapt", str(file), "--dry-run")["outcome"] == "pending"
+    assert untouched.ask("adapt", str(file), "--dry-run")["outcome"] == "pending"
     later["parameters"] = {"ofset": 1}
     file.write_text(json.dumps({"changes": [add, later]}))
-    check(mistyped(among_files, "adapt", str(file)), "change 1: second has no parameter 'ofset'")
+    check(regraft(untouched.home, "adapt", str(file)), "change 1: second has no parameter 'ofset'")
 
 
 @pytest.mark.parametrize(

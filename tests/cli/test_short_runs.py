@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 from pathlib import Path
 
 from tests.support.commands import in_home, run
+from tests.support.systems import System, all_ended, home
+from tests.support.waiting import PATIENCE, wait_until
 
 WORLD = '<mujoco><worldbody><geom type="plane" size="5 5 .1"/></worldbody></mujoco>'
 STACK = """\
@@ -56,3 +60,21 @@ def test_a_run_ends_when_its_source_of_time_fails_to_be_configured(tmp_path: Pat
     code, problems = ended(tmp_path, "raising_world:Broken")
     assert code == 1
     assert any("world" in problem and "no such sky" in problem for problem in problems), problems
+
+
+def test_the_pace_of_a_run_counts_the_time_before_its_world_died(tmp_path: Path) -> None:
+    (tmp_path / "world.xml").write_text(WORLD)
+    (tmp_path / "stack.yaml").write_text(STACK.format(world="regraft.sim_service.world:World"))
+    with home(tmp_path / "home"), all_ended() as started:
+        options = ("--system", "tests", "--speed", "real", "--for", "4", "--json")
+        started.append(system := System(tmp_path / "stack.yaml", *options))
+        wait_until(lambda: (clock := system.client.clock()) is not None and clock.time >= 2e9, "2 simulated seconds")
+        os.kill(system.wait_running("world").pid, signal.SIGKILL)
+        assert system.process.wait(2 * PATIENCE) == 0, system.log.read_text()
+    said = (tmp_path / "up.log").read_text()
+    closing = json.loads(said[said.index("{") :])
+    assert closing["simulated_s"] == 4.0
+    assert closing["restarts"] == 1
+    # A run at the pace of the wall clock is never faster than that.
+    assert closing["wall_s"] >= 3.9
+    assert closing["real_time_factor"] <= 1.02

@@ -10,8 +10,8 @@ import pytest
 
 from regraft.stack import load
 from tests.cli.conftest import Regraft
-from tests.stack.files import GOOD, line_of, write
-from tests.stack.folders import ROBOT, TWO, rovers
+from tests.stack.reading.files import GOOD, line_of, write
+from tests.stack.reading.folders import ROBOT, TWO, rovers
 from tests.support.paths import ROOT
 
 FROG = ROOT / "regraft" / "stacks" / "frog"

@@ -22,7 +22,7 @@ from regraft.services.detector.template_detector import TemplateDetector
 from regraft.sim_service.cameras.renderers import RendererName
 from regraft.testing import Rig
 from tests.detector.gallery import Gallery, Shot
-from tests.support.renderers import renderers
+from tests.support.machine.renderers import renderers
 
 DETECTORS: tuple[type[HydrantDetector], ...] = (Detector, TemplateDetector)
 WRONG = 0.3

@@ -16,7 +16,6 @@ from regraft.sim_service.devices.signals.colour_lamp import ColourLamp
 from regraft.sim_service.layout.scene import SceneError
 from regraft.sim_service.simulation import Simulation
 from regraft.testing import Rig
-from tests.support.renderers import renderers
 
 from .worlds import FLOOR, PUCK, device, found, on_bus, robot, simulated, tick, world_on
 
@@ -38,7 +37,6 @@ def drawn(renderer: str, simulation: Simulation, state: RenderState) -> np.ndarr
         camera.close()
 
 
-@pytest.mark.parametrize("renderer", renderers())
 def test_every_camera_sees_a_lamp_in_its_colour_in_the_dark_too(tmp_path: Path, renderer: str) -> None:
     simulation = lamp_robot(tmp_path)
     simulation.set_light(0.0)
@@ -47,7 +45,6 @@ def test_every_camera_sees_a_lamp_in_its_colour_in_the_dark_too(tmp_path: Path, 
     assert middle.tolist() == pytest.approx([255, 0, 102], abs=2)
 
 
-@pytest.mark.parametrize("renderer", renderers())
 def test_a_lamp_that_is_off_changes_no_picture(tmp_path: Path, renderer: str) -> None:
     with_lamp = lamp_robot(tmp_path)
     state = with_lamp.render_state()

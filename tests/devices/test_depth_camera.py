@@ -11,7 +11,6 @@ from regraft.sim_service.cameras.camera import CameraSettings
 from regraft.sim_service.cameras.renderers import RendererName, make_camera
 from regraft.sim_service.depth_camera import DepthCamera
 from regraft.testing import Rig
-from tests.support.renderers import renderers
 
 from .worlds import FLOOR, on_bus, simulated, tick, world_on
 
@@ -21,7 +20,6 @@ ROOM = f"""{FLOOR}<camera name="eye" pos="0 0 1" xyaxes="0 -1 0 0 0 1" fovy="60"
 HOW: dict[str, Any] = {"camera": "eye", "width": 40, "height": 30, "rate": 20.0}
 
 
-@pytest.mark.parametrize("renderer", renderers())
 def test_depths_are_those_along_the_optical_axis(tmp_path: Path, renderer: RendererName) -> None:
     simulation = simulated(tmp_path, body=ROOM)
     camera = make_camera(renderer, simulation.scene, simulation.placement, CameraSettings("eye"))
@@ -33,7 +31,6 @@ def test_depths_are_those_along_the_optical_axis(tmp_path: Path, renderer: Rende
         assert depths[12, column] == pytest.approx(2.0, abs=2e-3)
 
 
-@pytest.mark.parametrize("renderer", renderers())
 def test_nothing_is_infinitely_deep(tmp_path: Path, renderer: RendererName) -> None:
     eye = '<camera name="eye" pos="0 0 1" xyaxes="0 -1 0 0 0 1" resolution="40 30"/>'
     simulation = simulated(tmp_path, body=FLOOR + eye)

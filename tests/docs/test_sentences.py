@@ -16,7 +16,8 @@ MAX_WORDS = 20
 HEADLESS = re.compile(r"(Who|What|Whoever)\b")
 AVOIDED = re.compile(
     r"""\b(?:
-        anew | beside | of\ before | by\ all\ signs | is\ none\ of
+        (?:say|tell)(?:s|ing)? | said | told | whoever | whatever
+        | anew | beside | of\ before | by\ all\ signs | is\ none\ of
         | (?:go|goes|going|went|gone)\ on(?!\ (?:the|a|its|it)\b) | (?:let|lets|letting)\ go
         | not\ un(?!do|der|til)\w+ | (?:nobody|nothing)\b[^,.;:]*\bthat\ (?:do|does|is|has|can)\ not
     )\b(?!\?)""",
@@ -86,6 +87,8 @@ def test_comments_behind_code_are_sentences_of_their_own() -> None:
         ("Who shuts down is deactivated.", "subject"),
         ("The step begins anew.", "anew"),
         ("The run goes on.", "goes on"),
+        ("The component tells its state.", "tells"),
+        ("The header says how long to wait.", "says"),
         ("The robot goes on the dock.", ""),
         ("The component publishes its state.", ""),
     ],

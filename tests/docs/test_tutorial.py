@@ -12,9 +12,10 @@ from typing import Any
 
 import pytest
 
+from regraft.sim_service.cameras.renderers import FORCE
 from tests.support.commands import Command, in_home, run
+from tests.support.machine.ports import free_port
 from tests.support.paths import ROOT
-from tests.support.ports import free_port
 from tests.support.waiting import PATIENCE, wait_until
 
 PAGE = (ROOT / "docs" / "components.md").read_text()
@@ -46,13 +47,14 @@ class Place:
         self.author.mkdir()
         self.foreign.mkdir()
         (self.author / "watchman.py").write_text(block_with("python", "class Watchman(Component)"))
-        self._environment = in_home(self.home)
+        self._environment = {**in_home(self.home), FORCE: "ray"}
         self._started: list[Command] = []
 
     def start(self, folder: Path, *words: str) -> None:
         """Start a command that stays."""
         log = self.home.parent / f"{len(self._started)}.log"
-        self._started.append(Command(*words, log=log, cwd=folder, environment=self._environment))
+        command = Command(*words, log=log, cwd=folder, environment=self._environment, imported="frog")
+        self._started.append(command)
 
     def regraft(self, *words: str) -> subprocess.CompletedProcess[str]:
         """Run a command in the foreign folder."""

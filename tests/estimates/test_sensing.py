@@ -1,6 +1,6 @@
 """What cameras, detectors, the light and the watch over the sensors are estimated to give, they give.
 
-Detection rates by light are compared in tests/detector/test_curve.py and tests/evidence/test_detection.py.
+Detection rates by light are compared in tests/detector/test_curve.py and tests/evidence/sensing/test_detection.py.
 """
 
 from __future__ import annotations

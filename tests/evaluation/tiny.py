@@ -45,6 +45,6 @@ STUDY = Study(
     },
     report,
     ADDITIONS,
-    seconds=10.0,
+    seconds=4.0,
     runs=2,
 )

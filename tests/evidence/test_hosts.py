@@ -18,8 +18,8 @@ from typing import Any
 import pytest
 import yaml
 
+from tests.support.machine.processes import children_of
 from tests.support.paths import ROOT
-from tests.support.processes import children_of
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(600)]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.host.conftest import HEAD
-from tests.host.killing import STACK, TOPICS, adapt_through_kills
+from tests.host.processes.killing import STACK, TOPICS, adapt_through_kills
 from tests.support.systems import System
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(1800)]

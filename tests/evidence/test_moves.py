@@ -6,7 +6,7 @@ import pytest
 
 from regraft.bus_schema.model.adaptation import Outcome
 from tests.handover.parts import Ask, Item, Report
-from tests.host.moving import HOME, TO_EDGE, Moving
+from tests.host.moves.moving import HOME, TO_EDGE, Moving
 from tests.host.several import Site
 from tests.support.waiting import PATIENCE
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from benchmarks.adapting.rewire import rewire
 from benchmarks.harness import Effort
-from benchmarks.rewire import rewire
 from tests.support.frog import Load
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(900)]

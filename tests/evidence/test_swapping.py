@@ -13,10 +13,10 @@ import pytest
 from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome, SetParameters, Swap
 from regraft.client import ClientGoal
 from tests.handover.parts import Ask, Asked, Item
-from tests.host.moving import Moving
+from tests.host.adapting.test_swap import HEAD, NOTHING, STACK, adapt, faults, hears_on
+from tests.host.moves.moving import Moving
 from tests.host.several import Site
-from tests.host.test_swap import HEAD, NOTHING, STACK, adapt, faults, hears_on
-from tests.support.processes import children_of, exists
+from tests.support.machine.processes import children_of, exists
 from tests.support.systems import System
 from tests.support.waiting import PATIENCE, wait_until
 
@@ -98,7 +98,7 @@ def test_thirty_swaps_lose_and_double_no_picture_at_30_hz(site: Site) -> None:
     moving = Moving(site, pictures=True)
     moving.wait_flowing()
     for _ in range(30):
-        report = moving.adapt(Swap("totaller", "tests.host.pictures:Looker"))
+        report = moving.adapt(Swap("totaller", "tests.host.moves.pictures:Looker"))
         assert report.outcome is Outcome.APPLIED, (report.outcome, report.error, report.steps)
         moving.hears_on()
     moving.check()

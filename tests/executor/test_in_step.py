@@ -17,7 +17,7 @@ from regraft.services.bt_executor.executor import Executor
 from tests.executor.helpers import FROG, tree
 from tests.executor.robot import PLACES, Detector, Navigator, goals
 from tests.stepped.parts import TinyWorld
-from tests.support.step_site import StepSite
+from tests.support.stepped.step_site import StepSite
 
 
 class GoalGiver(Component):

@@ -14,7 +14,7 @@ from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.lifecycle import State
 from regraft.client import ClientError
 from tests.support.hosts import JoinedHost
-from tests.support.processes import children_of
+from tests.support.machine.processes import children_of
 from tests.support.systems import System
 from tests.support.waiting import wait_until
 

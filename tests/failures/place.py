@@ -10,7 +10,7 @@ from tests.failures.injecting import HOST_PID
 from tests.failures.kinds import OF_TWO_HOSTS, STACK
 from tests.failures.observing import settled
 from tests.support.hosts import JoinedHost, wait_state
-from tests.support.processes import children_of, exists
+from tests.support.machine.processes import children_of, exists
 from tests.support.systems import System
 
 

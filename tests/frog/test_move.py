@@ -8,34 +8,10 @@ from pathlib import Path
 import pytest
 
 from regraft import run_directory
-from regraft.bus_schema.messages.mission import MissionState, MissionStatus
-from regraft.bus_schema.messages.perception import Detections
 from tests.frog.scripted import told, with_changer
-from tests.support.frog import Frog, Run, run_frog
+from tests.support.frog import Run, run_frog
 from tests.support.hosts import JoinedHost
 from tests.support.waiting import PATIENCE, wait_until
-
-
-def test_the_detector_moves_to_a_second_host_and_back_and_the_mission_does_not_notice(
-    frog: Frog, tmp_path: Path
-) -> None:
-    looks = frog.listen("detections", Detections)
-    missions = frog.listen("mission", MissionStatus)
-    edge = JoinedHost(frog.info.join, "edge", tmp_path / "edge.log")
-    try:
-        edge.wait_joined(frog)
-        for host in ("edge", "local"):
-            answer = frog.rest.post("/components/detector/move", json={"host": host})
-            assert answer.status_code == 200, answer.text
-            assert (answer.json()["outcome"], answer.json()["steps"][1]["state"]) == ("applied", "done")
-            wait_until(lambda host=host: _host_of(frog, "detector") == host, f"the detector at {host}")  # type: ignore[misc]
-            heard = len(looks)
-            wait_until(lambda heard=heard: len(looks) > heard, "the detector to look again")  # type: ignore[misc]
-        clock = frog.clock()
-        assert (clock.reproducible, clock.dropped) == (True, ())
-        assert not [one for one in missions if one.state in (MissionState.FAILED, MissionState.HALTED)]
-    finally:
-        assert edge.end() == 0
 
 
 @pytest.mark.evidence
@@ -65,8 +41,3 @@ def _run_with_moves(folder: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Run,
 
 def _move(host: str) -> dict[str, str]:
     return {"change": "move", "component": "detector", "host": host}
-
-
-def _host_of(frog: Frog, component: str) -> str | None:
-    seen = frog.client.components().get(component)
-    return seen.host if seen else None

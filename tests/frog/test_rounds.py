@@ -51,7 +51,7 @@ def test_requirements_are_told_and_adapted_for_and_a_dead_reflection_stops_nothi
 
     kill(frog, "system_reflection")
     since = frog.clock().time
-    frog.wait_for_time_after(since, 10.0)
+    frog.wait_for_time_after(since, 5.0)
     assert mission(frog)["state"] == "running"
     known = [quality for quality in told if quality.stamp > since / 1e9 and quality.requirement == "MoveSafely"]
     assert any(quality.satisfied is not None for quality in known)
@@ -63,7 +63,7 @@ def test_a_strategy_adapts_the_speed_and_the_rounds_go_on_when_its_planner_dies(
     wait_until(lambda: adaptations(frog, "bandits"), "the strategy to choose", 60.0)
     kill(frog, "bandits")
     before = frog.clock().time / 1e9
-    frog.wait_for_time(10.0)
+    frog.wait_for_time(5.0)
     assert mission(frog)["state"] == "running"
     wait_until(
         lambda: adaptations(frog, "bandits")[0]["started"] > before, "the strategy to choose again", 60.0

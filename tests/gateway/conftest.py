@@ -12,9 +12,9 @@ from fastapi.dependencies import models
 
 from regraft.bus_schema.messages.protocol.control import ParameterValues
 from regraft.dashboard_api.gateway import Gateway
-from tests.gateway.contract import contract
+from tests.gateway.http.contract import contract
 from tests.gateway.parts import Drive, HostStub, Navigator, ScriptedExecutor, ScriptedManager
-from tests.support.site import Site
+from tests.support.stepped.site import Site
 from tests.support.systems import home
 from tests.support.waiting import PATIENCE, wait_until
 

@@ -26,7 +26,7 @@ from regraft.dashboard_api.http.roles import READING_METHODS, ROLES
 from regraft.security.tokens import Role, Tokens
 from tests.gateway.clients import NOBODY, Asked, ask_as, send_and_leave
 from tests.gateway.conftest import Running
-from tests.gateway.test_openapi import operations
+from tests.gateway.http.test_openapi import operations
 
 AS_ROOT = pytest.mark.skipif(os.geteuid() != 0, reason="only root can become another user")
 OWN = user_name(os.geteuid())

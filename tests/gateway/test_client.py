@@ -35,7 +35,7 @@ from regraft.client import (
 )
 from regraft.client.listener import LOOK_AWAY, Listener
 from tests.gateway.parts import HostStub
-from tests.support.site import Site
+from tests.support.stepped.site import Site
 from tests.support.waiting import PATIENCE, wait_until
 
 SLOWLY = Twist.planar(0.2, 0.1)

@@ -13,7 +13,7 @@ from regraft.dashboard_api.gateway import Gateway
 from regraft.dashboard_api.server import CannotServe, bind
 from regraft.runtime.core.assignment import Assignment
 from tests.gateway.conftest import GATEWAY, Running, start_gateway
-from tests.support.site import Site
+from tests.support.stepped.site import Site
 from tests.support.waiting import PATIENCE, wait_until
 
 BEAT = Assignment("", "", "").heartbeat

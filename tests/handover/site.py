@@ -25,9 +25,9 @@ from regraft.runtime.runtime import Runtime
 from tests.handover import parts
 from tests.handover.parts import Ask, Asked, Item, Report
 from tests.support.buses import Buses
+from tests.support.machine.ports import free_endpoint
+from tests.support.machine.threads import ComponentThread
 from tests.support.nursery import Nursery
-from tests.support.ports import free_endpoint
-from tests.support.threads import ComponentThread
 from tests.support.waiting import PATIENCE, wait_until
 
 Run = tuple[str, int]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.processes import children_of, exists
+from tests.support.machine.processes import children_of, exists
 from tests.support.systems import System, all_ended, home
 
 Start = Callable[..., System]

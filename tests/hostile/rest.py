@@ -7,7 +7,7 @@ from typing import Any
 
 import httpx
 
-from tests.support.ports import free_port
+from tests.support.machine.ports import free_port
 from tests.support.systems import System
 from tests.support.waiting import PATIENCE, wait_until
 

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from regraft.client import Client
+from tests.hostile.bus.raw import stranger
+from tests.hostile.components.test_bad_components import heard
 from tests.hostile.conftest import SINK, SOURCE, Start
-from tests.hostile.raw import stranger
-from tests.hostile.test_bad_components import heard
 from tests.support.paths import ROOT
 from tests.support.systems import System
 from tests.support.waiting import wait_until

@@ -12,11 +12,11 @@ from pathlib import Path
 import pytest
 
 from regraft import run_directory
+from tests.hostile.components.test_bad_components import heard
+from tests.hostile.components.test_broken_stacks import up
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.parts import Word
 from tests.hostile.rest import Rest
-from tests.hostile.test_bad_components import heard
-from tests.hostile.test_broken_stacks import up
 from tests.support.systems import System
 from tests.support.waiting import wait_until
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import httpx
 import pytest
 
-from tests.gateway.generated import attacked
+from tests.gateway.http.generated import attacked
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.rest import Rest
 

@@ -10,9 +10,9 @@ from urllib.parse import quote
 import httpx
 import pytest
 
+from tests.hostile.components.test_bad_components import heard
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.rest import Rest
-from tests.hostile.test_bad_components import heard
 from tests.support.waiting import PATIENCE, wait_until
 
 SLOW_READERS = 200

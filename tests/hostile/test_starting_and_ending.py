@@ -14,10 +14,10 @@ import pytest
 
 from regraft import run_directory
 from regraft.run_directory import RunInfo
+from tests.hostile.components.test_broken_stacks import refusal, up
 from tests.hostile.conftest import SINK, SOURCE, Start
-from tests.hostile.test_broken_stacks import refusal, up
 from tests.support.commands import AnyProcess, Command
-from tests.support.processes import children_of, exists, wait_gone
+from tests.support.machine.processes import children_of, exists, wait_gone
 from tests.support.waiting import PATIENCE, wait_until
 
 Write = Callable[..., Path]
@@ -288,7 +288,7 @@ def test_a_gateway_port_in_use_is_refused_before_anything_runs(stack: Write) -> 
 
 
 def test_a_class_that_is_slow_to_import_can_be_interrupted(stack: Write, begin: Begin) -> None:
-    path = stack("  late: {class: 'tests.hostile.slow_import:Late'}\n")
+    path = stack("  late: {class: 'tests.hostile.components.slow_import:Late'}\n")
     process = begin(path)
     wait_until(lambda: _has_begun(process.pid), "the import")
     process.send_signal(signal.SIGINT)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.support.site import Site
+from tests.support.stepped.site import Site
 
 
 @pytest.fixture(params=["memory", "zenoh"])

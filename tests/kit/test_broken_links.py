@@ -12,7 +12,7 @@ import pytest
 from regraft.bus.interface import BusError, Presence, Publisher
 from regraft.bus.zenoh_bus import ZenohBus, open_bus
 from regraft.bus.zenoh_config import Endpoints
-from tests.support.ports import free_port
+from tests.support.machine.ports import free_port
 from tests.support.waiting import wait_until
 
 

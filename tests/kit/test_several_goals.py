@@ -17,7 +17,7 @@ from regraft.runtime.core.clock import RealClock
 from regraft.runtime.data.writers import Identity, Writers
 from regraft.testing import Rig
 from tests.kit.parts import Number, Walker
-from tests.support.site import Site
+from tests.support.stepped.site import Site
 from tests.support.waiting import PATIENCE, wait_until
 
 GOALS = 3

@@ -93,8 +93,9 @@ def test_equal_runs_decide_equally(planner: str) -> None:
         with decided(planner) as (rig, rounds, _, sensors):
             for nearest in (FAR, NEAR, FAR, NEAR):
                 sensors.nearest = nearest
-                rig.advance(7.0)
+                rig.advance(4.0)
             return [(report.started, report.request) for report in rounds.manager.reports]
 
-    assert len(run()) >= 3
-    assert run() == run()
+    first = run()
+    assert len(first) >= 3
+    assert run() == first

@@ -5,8 +5,10 @@ from __future__ import annotations
 import hashlib
 import os
 import signal
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, ClassVar
 
 from regraft import Component, Input, Output, Parameter, Quality, every, service
 from regraft.bus_schema.annotations import Count
@@ -54,11 +56,13 @@ class Beacon(Component):
 
 
 class Killer(Component):
-    """Kills whom a file names as it comes to a step, once."""
+    """Kills whom a file names as it comes to a step, once; ``strike`` is called at each step, for tests in memory."""
 
+    strike: ClassVar[Callable[[str], object]] = staticmethod(lambda step: None)
     kills = Parameter("", "the file with the step, and the process that is killed then", unit="path", read_only=True)
 
     def at(self, step: str) -> None:
+        type(self).strike(step)
         file = Path(self.kills) if self.kills else None
         if file is None or not file.exists():
             return
@@ -77,6 +81,25 @@ class Killer(Component):
         self.at(f"{self.kit.name} deactivate")
 
 
+def _no_air() -> Any:
+    raise RuntimeError("no air")
+
+
+NONSENSE: dict[str, Callable[[], Any]] = {
+    "nan": lambda: {"clearness": float("nan")},
+    "inf": lambda: {"clearness": float("inf")},
+    "minus inf": lambda: {"clearness": float("-inf")},
+    "text": lambda: {"clearness": "0.1"},
+    "truth": lambda: {"clearness": False},
+    "percent": lambda: {"clearness": 30.0},
+    "negative": lambda: {"clearness": -0.1},
+    "nothing": dict,
+    "raises": _no_air,
+    "no map": lambda: 0.1,
+}
+"""What a component may give that is no quality."""
+
+
 class Laser(Killer):
     """Fails by itself a while after its first activations, and has recovered a while later."""
 
@@ -88,7 +111,8 @@ class Laser(Killer):
 
     clearness = Quality("of the air", minimum=0.0, maximum=1.0, better="higher", estimated=False)
     evaluate_every = 0.2
-    air = Parameter(1.0, "how clear it is; may be nonsense")
+    air = Parameter(1.0, "how clear it is")
+    nonsense = Parameter("", "the kind of nonsense that is measured", choices=("", *NONSENSE))
 
     def __init__(self) -> None:
         self.n = 0
@@ -118,7 +142,7 @@ class Laser(Killer):
         self.scans.publish(Sample(self.kit.now(), self.n))
 
     def evaluate(self) -> dict[str, float]:
-        return {"clearness": self.air}
+        return NONSENSE[self.nonsense]() if self.nonsense else {"clearness": self.air}
 
 
 class Driver(Killer):

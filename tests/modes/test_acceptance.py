@@ -10,14 +10,13 @@ from typing import Any
 import pytest
 
 from regraft import CallFailed, run_directory
-from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.management.manager import ArchitectureRequest, JournalPage, JournalRequest
 from regraft.bus_schema.messages.management.modes import MODES, ModesRequest, PartModes, SystemModes
 from regraft.bus_schema.messages.protocol.host import ProcessState
-from regraft.bus_schema.model.adaptation import ARCHITECTURE, JOURNAL, AdaptationRequest
+from regraft.bus_schema.model.adaptation import ARCHITECTURE, JOURNAL
 from regraft.bus_schema.model.architecture import Architecture
-from regraft.bus_schema.model.modes.modes import is_in_force
 from tests.modes.stacks import REAL, write
+from tests.modes.wholes import whole_modes
 from tests.support.commands import in_home, run
 from tests.support.systems import System
 from tests.support.waiting import PATIENCE, wait_until
@@ -73,11 +72,7 @@ def _no_revision_was_half_a_mode(system: System) -> None:
     assert not [line for line in page.entries if line.outcome.value == "stuck"], page.entries
     for revision in sorted({line.revision_after for line in page.entries}):
         found = system.client.call(ARCHITECTURE, ArchitectureRequest(revision), Architecture, PATIENCE)
-        fitting = [
-            name
-            for name, changes in found.modes.items()
-            if is_in_force(codec.from_plain({"changes": changes}, AdaptationRequest).changes, found)
-        ]
+        fitting = whole_modes(found)
         assert len(fitting) == 1, (revision, found)
         assert found.asked_modes in ({}, {"": fitting[0]})
 

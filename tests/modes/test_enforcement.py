@@ -2,8 +2,18 @@
 
 from __future__ import annotations
 
-from regraft.adaptation_manager.planners.modes.enforcement import Enforcement, Times
+import pytest
+
+from regraft.adaptation_manager.planners.modes.enforcement import Enforcement, Times, entered_by
 from regraft.bus_schema.messages.management.modes import PartModes, SystemModes
+from regraft.bus_schema.model.adaptation import (
+    AdaptationReport,
+    AdaptationRequest,
+    Change,
+    EnterMode,
+    Outcome,
+    SetParameters,
+)
 from regraft.bus_schema.model.mode_rules import ModeRule
 from regraft.bus_schema.model.modes.mode_parts import PartKind
 
@@ -99,5 +109,47 @@ def test_a_mode_that_cannot_be_entered_is_tried_again_after_a_while() -> None:
 
 def test_a_mode_that_an_earlier_run_has_entered_is_not_taken_for_a_manual_one() -> None:
     made = _begun()
-    assert made.see(_modes("degraded"), 1.0, TIMES, own="degraded") == []
+    assert made.see(_modes("degraded"), 1.0, TIMES, own={"": "degraded"}) == []
     assert made.see(_modes("normal"), 2.0, TIMES) == [""]
+
+
+def test_a_mode_that_a_component_has_fallen_out_of_is_entered_again_while_its_rule_holds() -> None:
+    made = _begun("normal")
+
+    def due(now: float, *fallen: str, bad: bool = False) -> str:
+        made.look({"bad": bad}, now, fallen)
+        rule = made.due(now, TIMES)
+        return rule.mode if rule else ""
+
+    assert [due(now, "normal") for now in (1.0, 1.9)] == ["", ""]
+    assert due(1.95) == ""
+    assert [due(now, "normal") for now in (2.0, 2.9, 3.0)] == ["", "", "normal"]
+    made.entered(RECOVER, 3.0, TIMES)
+    assert due(3.9, "normal") == ""
+    assert due(4.5, "normal", bad=True) == ""
+    assert due(4.7, "normal", bad=True) == "degraded"
+
+
+def _line(actor: str, *modes: str, applied: bool = True, undoes: str = "") -> AdaptationReport:
+    changes: tuple[Change, ...] = tuple(map(EnterMode, modes)) or (SetParameters("laser", {"rate": 1.0}),)
+    outcome = Outcome.APPLIED if applied else Outcome.ROLLED_BACK
+    return AdaptationReport("1", outcome, AdaptationRequest(changes, actor=actor, undoes=undoes), 1, 1 + applied, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("newest_first", "own"),
+    [
+        ([_line("planner", "degraded")], {"": "degraded"}),
+        ([_line("somebody"), _line("planner", "degraded")], {"": "degraded"}),
+        ([_line("somebody", "normal"), _line("planner", "degraded")], {}),
+        ([_line("somebody", "normal", applied=False), _line("planner", "degraded")], {"": "degraded"}),
+        ([_line("planner", "degraded", applied=False)], {}),
+        ([_line("somebody", "laser.slow"), _line("planner", "degraded")], {"": "degraded"}),
+        ([_line("planner", "normal"), _line("planner", "degraded")], {"": "normal"}),
+        ([_line("planner", "night")], {"": "night", "laser": "laser.slow"}),
+    ],
+)
+def test_a_mode_is_the_planner_s_own_until_others_enter_one_of_its_part(
+    newest_first: list[AdaptationReport], own: dict[str, str]
+) -> None:
+    assert entered_by("planner", newest_first, {"night": ("laser.slow",)}) == own

@@ -85,7 +85,7 @@ def test_a_second_decider_is_refused(tmp_path: Path) -> None:
         tmp_path, SIMULATED.replace(planner, planner + planner.replace("mode_planner:\n", "second:\n"))
     )
     assert found.field == "components.second.services.modes/decider"
-    assert "would decide on modes next to 'mode_planner': a system has one decider" in found.problem
+    assert "one component that decides on modes, not 'mode_planner' and 'second'" in found.problem
 
 
 def test_a_mode_has_the_changes_of_those_that_it_enters(tmp_path: Path) -> None:

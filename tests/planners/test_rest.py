@@ -16,9 +16,9 @@ from regraft.bus_schema.model.robots.planners import planner_service
 from regraft.dashboard_api.http.callers import user_name
 from regraft.dashboard_api.routes.planners import PROPOSAL_EXAMPLE
 from tests.gateway.conftest import client, start_gateway
-from tests.gateway.contract import contract
+from tests.gateway.http.contract import contract
 from tests.planners.parts import SPEEDS, SmallManager, spec
-from tests.support.site import Site
+from tests.support.stepped.site import Site
 from tests.support.waiting import wait_until
 
 PROPOSE = "/planners/bandits/propose"

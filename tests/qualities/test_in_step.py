@@ -8,7 +8,7 @@ from regraft import Input, Quality
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from tests.stepped.parts import Adviser, Pusher, Reading, TinyWorld, Witness
-from tests.support.step_site import StepSite
+from tests.support.stepped.step_site import StepSite
 from tests.support.waiting import wait_until
 
 MEMBERS = ("adviser", "pusher", "witness")

@@ -15,7 +15,7 @@ from regraft.testing import Rig
 from tests.executor.helpers import command, run, status, tree
 from tests.quality.helpers import Field, task
 from tests.stepped.parts import TinyWorld
-from tests.support.step_site import StepSite
+from tests.support.stepped.step_site import StepSite
 
 FIRST = Quality(0.0, "QR", "Safety", metric=1.0, satisfied=True, degree=1.0, status="satisfied")
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.ports import free_port
+from tests.support.machine.ports import free_port
 from tests.support.systems import System, home
 
 STACK = """\

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from regraft.stack import Problem, Stack, StackError, apply_overrides, load
-from tests.stack.files import line_of, problems, write
+from tests.stack.reading.files import line_of, problems, write
 
 GOOD = """\
 system: tests

@@ -14,7 +14,7 @@ from regraft.services.system_reflection import SystemReflection
 from tests.executor.helpers import tree
 from tests.reflection.parts import Battery, Wheels
 from tests.stepped.parts import TinyWorld
-from tests.support.step_site import StepSite
+from tests.support.stepped.step_site import StepSite
 
 MAPPING: list[dict[str, Any]] = [
     {"topic": "odometry", "field": "twist.linear.x", "entry": "speed", "rate": 10, "stale_after": 0.3},

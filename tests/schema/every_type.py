@@ -9,9 +9,8 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from regraft.bus_schema.encoding.registry import MessageType
+from tests.schema.strategies import all_types, values
 from tests.support.tables import check_each
-
-from .strategies import all_types, values
 
 KINDS = all_types()
 MESSAGES = 10

@@ -34,10 +34,9 @@ from regraft.runtime.core.assignment import Assignment
 from regraft.runtime.data import status_reporter, stream
 from regraft.runtime.handover import incumbent, successor
 from regraft.runtime.requests import request_server
+from tests.schema.spelling import line_of, members_of
+from tests.schema.strategies import all_types
 from tests.support.paths import ROOT
-
-from .spelling import line_of
-from .strategies import all_types
 
 PAGE = (ROOT / "docs" / "protocol.md").read_text()
 FENCES = re.findall(r"^```(\w+) ?([^\n]*)\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
@@ -170,6 +169,7 @@ def test_the_lines_of_the_types_are_the_types() -> None:
     lines = [line for line in PAGE.splitlines() if line.startswith("- `regraft/")]
     right = [line_of(type_named(name)) for name in told]
     assert lines == right, "docs/protocol.md, section 13, should read:\n" + "\n".join(right)
+    assert f"`State` is `{members_of(State)}`." in " ".join(PAGE.split())
 
 
 def test_every_type_that_the_page_speaks_of_has_a_line_or_a_dump() -> None:

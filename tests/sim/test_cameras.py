@@ -15,7 +15,7 @@ from regraft.sim_service.cameras.renderers import FORCE, RendererName, make_came
 from regraft.sim_service.layout.placement import Placement
 from regraft.sim_service.layout.scene import SceneError
 from regraft.sim_service.simulation import Simulation
-from tests.support.renderers import renderers, without_opengl
+from tests.support.machine.renderers import renderers, without_opengl
 
 from .worlds import FROG, OUT_OF_THE_WAY, frog
 

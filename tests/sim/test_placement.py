@@ -15,7 +15,7 @@ from regraft.sim_service.layout.visibility import sees_body
 
 from .worlds import frog
 
-SEEDS = range(200)
+SEEDS = range(80)
 
 
 def test_placed_bodies_never_overlap_and_keep_their_distance() -> None:

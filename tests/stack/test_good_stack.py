@@ -19,7 +19,7 @@ from regraft.bus_schema.model.architecture import (
 from regraft.bus_schema.model.consistency import violations
 from regraft.bus_schema.model.lifecycle import State
 from regraft.stack import load, time_source
-from tests.stack.files import GOOD, changed, good, write
+from tests.stack.reading.files import GOOD, changed, good, write
 
 
 def test_head_of_the_file_is_read(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from regraft.process.main import NoSuchClass, load_class
 from regraft.stack.classes import look_in
-from tests.stack.files import problems
+from tests.stack.reading.files import problems
 
 COMPONENT = "from regraft import Component\n\n\nclass Siren(Component):\n    'Howls.'\n"
 STACK = "system: tests\nimports: [{imported}]\ncomponents:\n  siren: {{class: '{path}'}}\n"

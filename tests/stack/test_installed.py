@@ -9,7 +9,7 @@ import pytest
 
 from regraft import stacks
 from regraft.stack.installed import instead_of_stack, stack_file
-from tests.stack.files import problems
+from tests.stack.reading.files import problems
 
 FROG = Path(stacks.__file__).parent / "frog"
 BROKEN = "raise RuntimeError('imported')\n"

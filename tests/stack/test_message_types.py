@@ -11,7 +11,7 @@ from regraft.bus_schema.encoding.topic_types import PROTOCOL, know_schema
 from regraft.bus_schema.suggestions import near
 from regraft.process.main import NoSuchClass, load_class
 from regraft.stack import load
-from tests.stack.files import problems, write
+from tests.stack.reading.files import problems, write
 
 STACK = """\
 system: tests

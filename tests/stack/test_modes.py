@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from regraft.stack import load
-from tests.stack.files import GOOD, line_of, problems, write
+from tests.stack.reading.files import GOOD, line_of, problems, write
 
 SLOW = "{change: set_parameters, component: rescuer.navigator, parameters: {max_velocity: 0.1}}"
 ADDED = "{change: add, component: second, spec: {class: 'tests.stack.parts:Navigator'}}"

@@ -13,7 +13,7 @@ from regraft.bus_schema.model.modes.modes import as_needed, is_in_force
 from regraft.stack import StackError, load
 from regraft.stack.sections.system_modes import read_system_modes
 from tests.adaptation.system import small_architecture
-from tests.stack.files import GOOD, write
+from tests.stack.reading.files import GOOD, write
 
 FILE = """\
 ---

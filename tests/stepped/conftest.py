@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.support.step_site import StepSite
+from tests.support.stepped.step_site import StepSite
 
 
 @pytest.fixture(params=["memory", "zenoh"])

@@ -15,7 +15,7 @@ from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.lockstep.membership import MAX_BACKLOG, Membership
 from tests.kit.parts import Follower, Number, Walker
 from tests.stepped.parts import Reading, Text, TinyWorld
-from tests.support.step_site import StepSite
+from tests.support.stepped.step_site import StepSite
 from tests.support.waiting import PATIENCE, wait_until
 
 

@@ -12,7 +12,7 @@ from regraft.bus_schema.messages.protocol.clock import Join
 from regraft.bus_schema.model.lifecycle import Transition
 from regraft.lockstep import source
 from tests.stepped.parts import Adviser, Clerk, Pusher, Reading, Text, TinyWorld, Witness
-from tests.support.step_site import StepSite
+from tests.support.stepped.step_site import StepSite
 from tests.support.waiting import PATIENCE, wait_until
 
 EVERYBODY = ("adviser", "clerk", "pusher", "witness")

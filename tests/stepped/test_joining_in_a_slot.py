@@ -15,7 +15,7 @@ from regraft.bus_schema.messages.protocol.clock import ClockMember, Membership
 from regraft.bus_schema.messages.protocol.control import ControlError, SetTransition
 from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.stepped.parts import Adviser, Pusher, Reading, TinyWorld, Witness
-from tests.support.step_site import StepSite
+from tests.support.stepped.step_site import StepSite
 
 MEMBERS = ("adviser", "pusher", "warden", "witness")
 

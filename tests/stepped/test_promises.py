@@ -6,7 +6,7 @@ import threading
 
 from regraft import Component, Input, Output, every
 from tests.stepped.parts import Reading, TinyWorld
-from tests.support.step_site import StepSite
+from tests.support.stepped.step_site import StepSite
 from tests.support.waiting import PATIENCE, wait_until
 
 FAILS_AT = 2.0

@@ -15,7 +15,7 @@ from regraft.bus_schema.messages.management.system import (
 )
 from regraft.bus_schema.messages.quality import Quality
 from tests.stepped.parts import Reading, TinyWorld
-from tests.support.step_site import StepSite
+from tests.support.stepped.step_site import StepSite
 from tests.support.waiting import wait_until
 
 TOPICS = {name: f"system/{name}" for name in ("states", "faults", "diagnostics", "qualities")}

@@ -8,7 +8,7 @@ from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.control import Snapshot
 from tests.stepped.parts import Reading, TinyWorld
 from tests.stepped.test_promises import Viewer
-from tests.support.step_site import StepSite
+from tests.support.stepped.step_site import StepSite
 from tests.support.waiting import wait_until
 
 KEYS = Keys("steps")

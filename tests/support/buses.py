@@ -6,7 +6,7 @@ from regraft.bus.interface import Bus
 from regraft.bus.memory_bus import MemoryBus, MemoryHub
 from regraft.bus.zenoh_bus import ZenohBus, open_bus
 from regraft.bus.zenoh_config import Endpoints
-from tests.support.ports import free_endpoint
+from tests.support.machine.ports import free_endpoint
 
 
 class Buses:

@@ -19,8 +19,8 @@ import httpx
 from regraft.bus_schema.messages.protocol.clock import ClockTime
 from regraft.sim_service.cameras.renderers import FORCE
 from tests.support.commands import run
+from tests.support.machine.ports import free_port
 from tests.support.paths import FROG
-from tests.support.ports import free_port
 from tests.support.systems import System
 from tests.support.waiting import PATIENCE, wait_until
 

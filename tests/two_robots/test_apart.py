@@ -19,7 +19,7 @@ from tests.support.frog import Frog
 from tests.support.paths import TWO_ROBOTS
 from tests.support.waiting import PATIENCE
 
-SECONDS = 24
+SECONDS = 16
 ROWS = {"scout/ground_truth": GroundTruth, "scout/velocity": Twist, "scout/mission": MissionStatus}
 Row = tuple[int, dict[str, Any]]
 

@@ -1,40 +1,79 @@
-"""Two robots in one room: equal seeds give equal runs, each sees the other, and neither touches anything."""
+"""Two robots in one room: equal seeds give equal runs on any hosts, and each sees the other and touches nothing."""
 
 from __future__ import annotations
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from regraft import run_directory
 from regraft.bus_schema.encoding.records import record_shape
 from regraft.sim_service.devices.lidar import Lidar
 from regraft.sim_service.layout.scene import load_scene
 from regraft.sim_service.robots import Place, RobotSpec
 from regraft.sim_service.simulation import Simulation
 from regraft.stack import load
-from tests.support.frog import run_frog
+from tests.support.frog import Run, run_frog
+from tests.support.hosts import JoinedHost
 from tests.support.paths import TWO_ROBOTS
+from tests.support.waiting import PATIENCE, wait_until
 
 ROBOTS = ("scout", "rescuer")
 
 
-def test_equal_seeds_give_equal_runs_of_two_robots_without_a_contact(tmp_path: Path) -> None:
-    runs = [run_frog(tmp_path, 15, "--speed", "max", "--seed", seed, stack=TWO_ROBOTS) for seed in ("1", "1", "2")]
-    for run in runs:
-        assert run.code == 0, run.errors
-        assert (run.summary["contacts"], run.summary["dropped"], run.summary["reproducible"]) == (0, [], True)
-    first, second, other_seed = (run.summary for run in runs)
-    assert second["digest"] == first["digest"]
-    assert other_seed["digest"] != first["digest"]
-    assert first["adaptations"] == {"applied": 2}
+SECONDS = 10
+OPTIONS = ("--speed", "max", "--system", "tests")
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """Return a run on one host, with the stack's seed."""
+    return run_frog(tmp_path_factory.mktemp("alone"), SECONDS, *OPTIONS, stack=TWO_ROBOTS)
+
+
+def check(run: Run) -> None:
+    """Check that a run went well, without a contact."""
+    assert run.code == 0, run.errors
+    assert (run.summary["contacts"], run.summary["dropped"], run.summary["reproducible"]) == (0, [], True)
+
+
+def test_another_seed_gives_each_robot_another_run_and_neither_touches_anything(alone: Run, tmp_path: Path) -> None:
+    other_seed = run_frog(tmp_path, SECONDS, *OPTIONS, "--seed", "2", stack=TWO_ROBOTS)
+    check(alone)
+    check(other_seed)
+    assert other_seed.summary["digest"] != alone.summary["digest"]
+    assert alone.summary["adaptations"] == {"applied": 2}
     for robot in ROBOTS:
-        own = first["summaries"][f"{robot}.recorder"]
+        own = alone.summary["summaries"][f"{robot}.recorder"]
         assert own["distance"] > 1.0
-        assert own["digest"] == second["summaries"][f"{robot}.recorder"]["digest"]
-        assert own["digest"] != other_seed["summaries"][f"{robot}.recorder"]["digest"]
+        assert own["digest"] != other_seed.summary["summaries"][f"{robot}.recorder"]["digest"]
+
+
+def test_equal_seeds_give_equal_runs_also_where_one_robot_is_on_a_host_of_its_own(
+    alone: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    components = load(TWO_ROBOTS / "stack.yaml").architecture.components
+    moved = sorted(name for name in components if name.startswith("rescuer."))
+    places = [word for name in moved for word in ("--place", f"{name}=edge")]
+    monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
+    with ThreadPoolExecutor(1) as pool:
+        running = pool.submit(run_frog, tmp_path / "home", SECONDS, *OPTIONS, "--seed", "1", *places, stack=TWO_ROBOTS)
+        wait_until(lambda: running.done() or run_directory.running(), "the run to begin")
+        edge = JoinedHost(run_directory.find("tests").join, "edge", tmp_path / "edge.log")
+        try:
+            ended = running.result()
+        finally:
+            assert edge.process.wait(PATIENCE) == 0
+    assert f"it runs {', '.join(moved)}" in edge.log.read_text()
+    check(ended)
+    assert ended.summary["digest"] == alone.summary["digest"]
+    for robot in ROBOTS:
+        digests = {run.summary["summaries"][f"{robot}.recorder"]["digest"] for run in (alone, ended)}
+        assert len(digests) == 1
 
 
 @pytest.mark.evidence

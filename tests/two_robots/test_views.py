@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -10,11 +12,17 @@ from typing import Any
 import pytest
 
 from regraft.bus_schema.messages.mission import MissionRequest, MissionState, MissionStatus
-from tests.frog.conftest import StartFrog
-from tests.support.commands import Command, run
+from tests.cli.live import Done, regraft
+from tests.support.commands import Command
 from tests.support.frog import Frog
 from tests.support.paths import TWO_ROBOTS
+from tests.support.systems import home
 from tests.support.waiting import PATIENCE, wait_until
+
+
+def run(*words: str) -> Done:
+    """Run a command in this process."""
+    return regraft(Path(os.environ["REGRAFT_HOME"]), *words)
 
 
 def shown(*words: str) -> dict[str, Any]:
@@ -29,9 +37,14 @@ def names(found: list[dict[str, Any]]) -> set[str]:
     return {each["name"] for each in found}
 
 
-@pytest.fixture
-def frog(start_frog: StartFrog) -> Frog:
-    return start_frog("--speed", "real", stack=TWO_ROBOTS)
+@pytest.fixture(scope="module")
+def frog(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Frog]:
+    """Return two robots whose missions run; every test leaves them as they were."""
+    folder = tmp_path_factory.mktemp("frog")
+    with home(folder / "home"):
+        frog = Frog(folder, "--speed", "real", stack=TWO_ROBOTS)
+        yield frog
+        frog.end()
 
 
 def test_each_robot_is_seen_and_commanded_by_its_name(frog: Frog) -> None:
@@ -50,6 +63,7 @@ def test_each_robot_is_seen_and_commanded_by_its_name(frog: Frog) -> None:
         frog.rest.get("/mission/blackboard", params={"robot": "rescuer", "key": "hits"}).json()["entries"][0]["value"]
         == 7
     )
+    assert shown("mission", "start", "--robot", "scout")["state"] == "running"
 
 
 def test_lists_show_what_belongs_to_one_robot(frog: Frog) -> None:
@@ -81,4 +95,5 @@ def test_a_component_that_joins_a_robot_asks_and_serves_by_its_names(frog: Frog,
     finally:
         for command in joined:
             command.end()
+        shown("mission", "start", "--robot", "scout")
     assert states == {"scout": MissionState.PAUSED, "rescuer": MissionState.RUNNING}

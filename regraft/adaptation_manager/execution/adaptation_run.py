@@ -29,7 +29,7 @@ from regraft.bus_schema.model.watched import Breach, BreachCode
 
 @dataclass(slots=True)
 class AdaptationRun:
-    """``report`` is how the adaptation stands; ``all_ended`` whether nothing is left that should have ended with it.
+    """``report`` is its state so far; ``all_ended`` whether nothing is left that should have ended with it.
 
     It is worked on in exclusive slots only.
     """

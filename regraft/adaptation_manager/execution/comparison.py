@@ -15,7 +15,7 @@ def tell_differences(
 ) -> None:
     """Make an event for every component whose values or connections are not those of the architecture.
 
-    Nothing is set: who works with other values than it should is changed by whoever reads of it.
+    Nothing is set: the readers of the events decide what to do.
     """
     for name, view in views.items():
         spec = architecture.components.get(name)

@@ -74,7 +74,7 @@ class Readings:
         return self._judge_expression(condition) if condition.require else self._judge_state(condition)
 
     def value(self, name: str) -> Any:
-        """Return what a name of an expression stands for; raises Unknown."""
+        """Return the value of a name of an expression; raises Unknown."""
         component, what = split_parameter(name)
         if self._is_quality(component, what):
             return self.measured.value(component, what, self.context.kit.now())

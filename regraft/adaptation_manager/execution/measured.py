@@ -1,4 +1,4 @@
-"""The qualities that components measure after a moment: what was measured before it says nothing."""
+"""The qualities that components measure after a moment: earlier measurements do not count."""
 
 from __future__ import annotations
 

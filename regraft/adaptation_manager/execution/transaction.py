@@ -156,10 +156,10 @@ def _is_fenced(error: Exception) -> bool:
 async def undo(
     context: ExecutionContext, former: UpdateSpecs, planned: tuple[PlannedStep, ...], steps: list[StepReport]
 ) -> list[str]:
-    """Undo the begun ones of ``steps`` in reverse; returns what stands, in words. Updates ``steps``.
+    """Undo the begun ones of ``steps`` in reverse; returns what could not be undone, in words. Updates ``steps``.
 
-    Hosts get the former specs first: whatever restarts from here on is as before, and what was added does not. In the
-    end the components are read back: what is not as before was not undone, whatever they have answered.
+    Hosts get the former specs first: a component that restarts from here on is as before, and an added one does not
+    restart. In the end the components are read back: this, not their answers, shows what was undone.
     """
     problems = []
     context.revision = context.before.revision
@@ -210,7 +210,7 @@ async def _give(context: ExecutionContext, former: UpdateSpecs) -> None:
 
 
 async def _undo_step(context: ExecutionContext, step: PlannedStep, state: StepState) -> str:
-    """Undo one step, trying again until the bound; returns why it stands, empty if it does not."""
+    """Undo one step, trying again until the bound; returns why that failed, empty if it did not."""
     patience = Patience(context.bounds.undo)
     while True:
         if context.controls.living(step.component) is None and not isinstance(step.undo, OF_PROCESSES):

@@ -1,4 +1,4 @@
-"""Undoing an applied adaptation: the changes that lead back, and what stands in their way."""
+"""Undoing an applied adaptation: the changes that lead back, and what prevents them."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from regraft.adaptation_manager.journal.journal import Journal
 
 PRESENCE = "component"
-"""The field of a component that says whether it is there."""
+"""The field of a component for whether it is there."""
 HOST = "host"
 """The field of a component that a move decides on."""
 CLASS = "class"
@@ -39,7 +39,7 @@ CLASS = "class"
 def undo_of(
     undone: AdaptationReport, request: AdaptationRequest, journal: Journal, now: Architecture
 ) -> tuple[AdaptationRequest, tuple[Violation, ...]]:
-    """Return the request that undoes an ended adaptation, and what stands in its way; raises JournalError."""
+    """Return the request that undoes an ended adaptation, and what prevents it; raises JournalError."""
     if undone.outcome not in APPLIED:
         problem = f"adaptation {undone.id} is {undone.outcome.value}: only an applied one can be undone"
         return request, (Violation(None, "", "undoes", problem),)
@@ -102,7 +102,7 @@ def inverse(changes: Sequence[Change], before: Architecture) -> tuple[Change, ..
 
 
 def _swap_back(spec: ComponentSpec, *, with_state: bool) -> Swap:
-    """Return the swap that leads back to a spec, with all that it says: what is left out would be kept."""
+    """Return the swap that leads back to a spec, with all its fields: what is left out would be kept."""
     parameters = spec.description.parameters if spec.description else ()
     values = {parameter.name: _parameter(spec, parameter.name) for parameter in parameters}
     return Swap(spec.name, spec.cls, values, dict(spec.connections), dict(spec.services), with_state)

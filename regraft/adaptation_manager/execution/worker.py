@@ -186,7 +186,7 @@ class Worker:
             return self._rejected(entry, (Violation(None, "", "", problem),))
 
     async def _adapt(self, entry: Entry, slot: ExclusiveSlot) -> AdaptationReport | AdaptationRun:
-        """Check, then carry out. Whatever it raises was raised before anything was touched."""
+        """Check, then carry out. It raises only before anything is touched."""
         if self._store.journal is None:
             await self._take_over(slot)
         if not entry.request.dry_run:
@@ -239,7 +239,7 @@ class Worker:
         return report
 
     async def _confirm(self, carrying: AdaptationRun) -> None:
-        """Watch an adaptation until it is final or undone; whoever else wants something waits."""
+        """Watch an adaptation until it is final or undone; other requests wait."""
 
         def finish(report: AdaptationReport) -> None:
             self._all_ended = carrying.all_ended
@@ -250,7 +250,7 @@ class Worker:
         await confirm(carrying, self._turns, finish)
 
     def finish(self, entry: Entry, report: AdaptationReport) -> None:
-        """Answer whoever waits for it, then tell everybody else."""
+        """Answer its client first, then publish the report."""
         entry.end(report)
         if not entry.request.dry_run:
             self._publisher.soon(report)

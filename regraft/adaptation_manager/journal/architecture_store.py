@@ -18,7 +18,7 @@ class ArchitectureStore:
     """Open or not: without a journal the architecture can be read, but not changed."""
 
     def __init__(self, path: str, tell: Callable[[str, str], None]) -> None:
-        """Keep the journal at ``path``; ``tell(kind, text)`` makes events."""
+        """Keep the journal at ``path``; ``tell(kind, text)`` publishes events."""
         self.path = path
         self.architecture: Architecture | None = None
         self.unconfirmed: Architecture | None = None

@@ -51,7 +51,7 @@ def damaged_rows(database: sqlite3.Connection, run: str) -> list[Damaged]:
 def set_rows_aside(database: sqlite3.Connection, damaged: list[Damaged]) -> None:
     """Move rows to the table of those that are damaged, within the transaction that is open. Raises sqlite3.Error.
 
-    The indexes are rebuilt: they may hold what the rows say no more.
+    The indexes are rebuilt: they may hold values that the rows no longer have.
     """
     for statement in DROP_INDEXES:
         database.execute(statement)

@@ -2,7 +2,7 @@
 
 Committed rows outlive the manager, however that ends. After a power loss the last lines may be missing, never half
 there: the whole system is gone then, and starts as a new run. Rows written ahead go into the file itself with the work
-(``write_back``). A row that has changed since it was written is set aside and told (``journal_damage``): the rest
+(``write_back``). A row that has changed since it was written is set aside and reported (``journal_damage``): the rest
 continues.
 """
 
@@ -151,7 +151,7 @@ class Journal(JournalFile):
         self.database.execute("INSERT INTO adaptations VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)", row)
 
     def _rewrite(self, report: AdaptationReport) -> bool:
-        """Write a line again as it stands now; returns whether there is one."""
+        """Write a line again with its present values; returns whether there is one."""
         line = _line(self.run, report)
         written = self.database.execute(
             "UPDATE adaptations SET key = ?, actor = ?, reason = ?, outcome = ?, revision = ?, report = ?, seal = ? "

@@ -97,7 +97,9 @@ class Opening:
         return architecture
 
     def _revision(self) -> int:
-        """Return the revision of what the hosts run: the last that was told, if that is what they were given last."""
+        """Return the revision of what the hosts run: the last that was published, if that is what they were given
+        last.
+        """
         given = max(view.revision for view in self.views)
         end, written = self.end, self.journal.last_revision()
         if end.revision > written and end.revision >= max(given, end.told):
@@ -133,6 +135,6 @@ def in_force(views: Sequence[HostView]) -> Architecture:
 
 
 def _start(architecture: Architecture, number: int, now: float) -> AdaptationReport:
-    """Return the first line; of a journal that begins again, it is numbered past whatever the lost one had."""
+    """Return the first line; of a journal that begins again, it is numbered past all lines of the lost one."""
     request, revision = AdaptationRequest((), "the stack's start", "regraft up"), architecture.revision
     return AdaptationReport(str(number), Outcome.APPLIED, request, revision - 1, revision, now)

@@ -11,7 +11,7 @@ from regraft.bus_schema.model.adaptation import AdaptationReport, Phase
 from regraft.bus_schema.model.architecture import Architecture
 
 SOON = 0.005
-"""Seconds until others are told, by the wall clock: until then the processor is theirs who wait for the answer."""
+"""Seconds until a report is published, by the wall clock: until then the processor is free for the waiting client."""
 
 if TYPE_CHECKING:
     from regraft import Kit, OutputPort
@@ -33,7 +33,7 @@ class JournalPublisher:
         self._current = current
 
     def soon(self, report: AdaptationReport) -> None:
-        """Report an adaptation that has ended, after whoever waits for it has been answered."""
+        """Report an adaptation that has ended, after its client has been answered."""
         self._kit.spawn(self._all(report), "telling")
 
     async def _all(self, report: AdaptationReport) -> None:

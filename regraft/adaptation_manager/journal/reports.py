@@ -13,7 +13,7 @@ EVENTS = {
     Outcome.CANCELLED: "adaptation.cancelled",
     Outcome.STUCK: "adaptation.stuck",
 }
-"""The kind of event that tells of each outcome."""
+"""The kind of event for each outcome."""
 
 
 def pending(entry: Entry, revision: int, now: float, tick: int | None) -> AdaptationReport:

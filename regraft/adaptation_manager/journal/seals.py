@@ -10,7 +10,9 @@ Field = str | bytes | int | None
 
 
 def seal(*fields: Field) -> bytes:
-    """Return a checksum over a row's fields, in their order; it is no protection against whoever can make one."""
+    """Return a checksum over a row's fields, in their order; it does not protect against a program that computes one,
+    too.
+    """
     digest = hashlib.blake2b(digest_size=SEAL_BYTES)
     for field in fields:
         raw = field if isinstance(field, bytes) else repr(field).encode()

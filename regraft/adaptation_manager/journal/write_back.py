@@ -19,7 +19,7 @@ PASSES = 20
 
 
 class WriteBack:
-    """Comes before SQLite's automatic checkpoints, which keep whoever commits waiting for the disk.
+    """Comes before SQLite's automatic checkpoints, which make a commit wait for the disk.
 
     Readers and writers continue meanwhile (https://sqlite.org/wal.html, passive checkpoints). Only the first
     transaction after it waits until one page is on the disk: it restarts the write-ahead file.

@@ -1,4 +1,4 @@
-"""Planners: whatever decides *when* and *what* to adapt. Each is one folder or module here.
+"""Planners decide *when* and *what* to adapt. Each is one folder or module here.
 
 A planner never touches a component. It observes the bus like any other component. Its decision is an
 ``AdaptationRequest`` to the manager's service ``adaptation_manager/adapt``. The ``AdaptationReport`` that is returned

@@ -69,7 +69,7 @@ class CarriedOut:
 
     @property
     def disturbed(self) -> bool:
-        """Whether something else may stand, or has stood for a while, than before."""
+        """Whether something other than before may be in force, or was for a while."""
         return self.outcome not in ("unchanged", "refused", Outcome.REJECTED.value)
 
 

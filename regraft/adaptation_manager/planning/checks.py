@@ -47,7 +47,7 @@ async def check(
     """Judge all changes together against the architecture and the living components, which are only read.
 
     Returns every violation, and the plan, to be used only if there is none. Raises ControlFailed if a host
-    refuses to say what it runs.
+    refuses to list what it runs.
     """
     controls.processes |= await hosts.met(architecture, {*_hosts_named(request)})
     architecture = hosts.with_joined(architecture)

@@ -35,7 +35,7 @@ class Plan:
         return replace(update, specs=tuple(spec.brief(self.before.components.get(spec.name)) for spec in update.specs))
 
     def way_back(self) -> UpdateSpecs:
-        """Return what leads back, for whoever may or may not know of the changes."""
+        """Return what leads back, for hosts that may or may not know of the changes."""
         return way(self.after, self.before)
 
     @property

@@ -79,7 +79,7 @@ async def read_components(
     names: Sequence[str], architecture: Architecture, controls: ComponentClient, hosts: Hosts
 ) -> Read:
     """Read components of these names."""
-    # Components are asked where they ran last while hosts say where they run now: few have been restarted.
+    # Components are asked where they ran last while hosts report where they run now: few have been restarted.
     guessed: dict[str, PendingQuery] = {name: controls.read(name) for name in names}
     controls.processes = await hosts.processes(architecture.revision)
     asked = {n: one if controls.is_living(one) else controls.read(n) for n, one in guessed.items()}
@@ -166,7 +166,7 @@ def kept_down(draft: Draft, read: Read, request: AdaptationRequest) -> list[Plan
         if silent is None or not silent.may_act or name in left or name not in draft.architecture.components:
             continue
         spec = draft.spec(name)
-        # Whatever has failed before is not brought back by an undo.
+        # An undo does not bring back what had failed before.
         back: Action = ApplyParameters(name, {})
         active = spec.state is State.ACTIVE
         if active:

@@ -18,8 +18,8 @@ Prepare = Callable[[AdaptationRequest], tuple[AdaptationRequest, tuple[Violation
 class Entry:
     """One adaptation in the queue or under way, asked for by ``source``. ``number`` is 0 while it has none.
 
-    ``prepare`` completes the request when its turn comes: an undo knows its changes only then. ``shown`` is how it
-    stands once there is more to say than that it waits; ``confirmed`` if somebody wants it to be final at once.
+    ``prepare`` completes the request when its turn comes: an undo knows its changes only then. ``shown`` is its
+    report once it no longer just waits; ``confirmed`` if somebody wants it to be final at once.
     """
 
     number: int

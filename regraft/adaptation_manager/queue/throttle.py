@@ -37,7 +37,7 @@ class Throttle:
     ) -> None:
         """Let one request of ``source`` pass, where requests of the sources ``waiting`` wait already.
 
-        ``rate`` is in requests per second. Raises RequestRefused, which says when to come again.
+        ``rate`` is in requests per second. Raises RequestRefused, which states when to retry.
         """
         held = Counter(waiting)[source]
         if held >= most_waiting:

@@ -1,4 +1,4 @@
-"""One at a time: whoever changes or reads the whole system does so in a slot of its own, under either clock."""
+"""One at a time: each change or reading of the whole system has a slot of its own, under either clock."""
 
 from __future__ import annotations
 

@@ -17,9 +17,9 @@ from regraft.bus_schema.model.lifecycle import State
 class Draft:
     """``architecture`` is the one that results so far, ``live`` how the components would then be.
 
-    ``live`` holds only components that answered. ``manager`` is the manager's own name. ``described`` has what hosts
-    say of each component to be added, by the index of its change. ``preparing`` are the steps next to the running
-    system: they come before all others. ``unclear`` are the components to be added that cannot be judged.
+    ``live`` holds only components that answered. ``manager`` is the manager's own name. ``described`` has the
+    hosts' description of each component to be added, by the index of its change. ``preparing`` are the steps next to
+    the running system: they come before all others. ``unclear`` are the components to be added that cannot be judged.
     ``started_as`` has the incarnation as which each living run was started. ``lost`` are the hosts that count as lost,
     ``absent`` has why the others that are not there are not. ``restarting`` are the components that keep ending.
     ``changes`` are all that are planned, with the indices that they have here.

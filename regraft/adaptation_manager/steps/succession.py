@@ -32,7 +32,7 @@ def move_of(changes: Sequence[Change], component: str) -> Move | None:
 
 
 def view_of(live: ComponentView, new: ComponentSpec, *, connected: bool = True) -> ComponentView:
-    """Return how a component will be once it is as its new spec says."""
+    """Return how a component will be once it is as its new spec states."""
     description = new.description
     assert description is not None
     values = {parameter.name: parameter.default for parameter in description.parameters} | new.parameters

@@ -11,6 +11,7 @@ from regraft.bus_schema.messages.protocol.control import ComponentView
 from regraft.bus_schema.model.adaptation import ChangeState
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.lifecycle import DOWNWARD, State, Transition, after, is_at_most, legal
+from regraft.bus_schema.model.modes.modes import GOALS
 
 
 def plan(draft: Draft, change: ChangeState) -> None:
@@ -32,6 +33,9 @@ def plan(draft: Draft, change: ChangeState) -> None:
     lower = DOWNWARD.get(transition)
     if lower is not None and _is_down_already(live, spec, lower):
         draft.update(replace(spec, state=lower))
+        return
+    if lower is None and live is not None and _is_up_already(live, spec, transition):
+        draft.update(replace(spec, state=live.state))
         return
     state = live.state if live else spec.state
     by: Transition | None = transition
@@ -63,6 +67,11 @@ def plan(draft: Draft, change: ChangeState) -> None:
 def _is_down_already(live: ComponentView | None, spec: ComponentSpec, lower: State) -> bool:
     """Return whether a component is where a transition leads by itself: it has failed, and the spec has to follow."""
     return not is_at_most(spec.state, lower) and (live is None or is_at_most(live.state, lower))
+
+
+def _is_up_already(live: ComponentView, spec: ComponentSpec, transition: Transition) -> bool:
+    """Return whether a component is where a transition leads already, as a run that began by an earlier spec is."""
+    return live.state in GOALS[transition] and spec.state not in GOALS[transition]
 
 
 def _connections(draft: Draft, name: str, state: State) -> Connections:

@@ -57,7 +57,7 @@ class NoAnswer(ControlFailed):
 
 
 def refusal(who: str, what: str, answer: Answer) -> ControlFailed:
-    """Return what an error reply says, as an exception."""
+    """Return an error reply as an exception."""
     try:
         error = codec.decode(answer.payload, ControlError)
     except BadMessage as bad:
@@ -175,7 +175,7 @@ class ComponentClient:
         """Ask one run of a component, by the incarnation as which it was started, for a step of a hand-over."""
         self.remembered.forget(component)
         within = self.within if within is None else within
-        label = f"{component}{BESIDE}"  # whoever it is by now: what it answers is nothing to rely on later
+        label = f"{component}{BESIDE}"  # its roles may change: its answer is not to be kept
         message = replace(step, term=self.term)
         return self._ask(label, started_as, "handover", f"{step.step.value} of run {started_as}", message, within)
 

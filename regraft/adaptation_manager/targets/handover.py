@@ -101,7 +101,7 @@ async def _speaks_now(context: ExecutionContext, action: TakeOver, successor: Pr
         try:
             await _step_aside(context, name, action.host, target, successor.started_as)
         except NoAnswer as error:
-            # The run there is frozen, or has ended: it is told when its host is heard again.
+            # The run there is frozen, or has ended: it is updated when its host is heard again.
             context.kit.log.warning("%s: its former host has not heard that it is moved: %s", name, error)
 
 
@@ -127,7 +127,7 @@ async def _promote(context: ExecutionContext, action: TakeOver, successor: Proce
 
 
 async def give_back(context: ExecutionContext, action: Restore) -> None:
-    """Have the former run speak for the component again, whatever has become of its successor; raises ControlFailed."""
+    """Have the former run speak for the component again, in any state of its successor; raises ControlFailed."""
     name = action.component
     its_host_answers = await _hear(context, action.host)
     context.touch(name)

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 M = TypeVar("M", HostStatus, HostView, DescribedComponent, EstimatedQualities, LogLines)
 
 FIRST = "local"
-"""The host that the others joined; it knows the specs of all components, and gives them to whoever joins."""
+"""The host that the others joined; it knows the specs of all components, and gives them to hosts that join."""
 DESCRIBED_TIMEOUT = 25.0
 """Seconds that a host may take to describe a component: more than it gives the process that imports the class."""
 
@@ -103,7 +103,7 @@ def _rank(process: ProcessStatus) -> tuple[bool, int]:
 
 
 class Hosts:
-    """The hosts of one system: ``names`` are known, ``silent`` did not say which processes they run.
+    """The hosts of one system: ``names`` are known, ``silent`` did not report which processes they run.
 
     ``others`` is how the first host sees the others; its every answer has it.
     """
@@ -164,7 +164,7 @@ class Hosts:
         ]
 
     def where(self, process: ProcessStatus) -> str | None:
-        """Return the host that told of a process last."""
+        """Return the host that reported a process last."""
         for host, status in self._told.items():
             if any((p.component, p.started_as) == (process.component, process.started_as) for p in _all_of(status)):
                 return host
@@ -218,7 +218,7 @@ class Hosts:
         """
         asked: set[str] = set()
         answered: set[str] = set()
-        # The first host may tell of some that were not there, or not known, before.
+        # The first host may report some that were not there, or not known, before.
         while names := {name for name in self.names if self.is_there(name)} - asked:
             asked |= names
             update = self._update({name: UpdateSpecs(revision, term=self.term) for name in names})
@@ -316,7 +316,7 @@ class Hosts:
         self._learn(_read(host, "stop", await asked, HostStatus))
 
     async def last_line(self, component: str, host: str) -> str:
-        """Return the last line of a component's log, empty if there is none or the host does not say."""
+        """Return the last line of a component's log, empty if there is none or the host does not answer."""
         try:
             asked = self._ask(host, "logs", codec.encode(LogRequest(component, 20)))
             lines = _read(host, "logs", await asked, LogLines).lines

@@ -99,7 +99,7 @@ async def leave_stopped(context: ExecutionContext, component: str, host: str) ->
 
 
 async def start_again(context: ExecutionContext, action: StartAgain) -> None:
-    """Have a component's host start it, and restart it as its policy says; raises ControlFailed."""
+    """Have a component's host start it, and restart it by its policy; raises ControlFailed."""
     name, spec = action.component, context.before.components[action.component]
     if action.unconfigured:
         held = replace(spec, state=State.UNCONFIGURED)
@@ -146,7 +146,7 @@ async def _answers(context: ExecutionContext, spec: ComponentSpec) -> bool:
 
 
 async def ended_as_it_started(context: ExecutionContext, spec: ComponentSpec, how: str) -> ControlFailed:
-    """Return that a component's process ended when it had just been started, and the last that it said."""
+    """Return that a component's process ended when it had just been started, with its last line of log."""
     line = await context.hosts.last_line(spec.name, spec.host)
     log = f"; its log ends with: {line}" if line else ""
     return ControlFailed(f"{spec.name}: its process ended as it was started: {how or 'nobody knows how'}{log}")

@@ -11,7 +11,7 @@ class ViewCache:
     """The last view of each component, while it and its host have been on the bus without a break.
 
     Liveliness tokens go as soon as a process ends, before its host has noticed. A process that hangs keeps its
-    token: whoever acts on what is remembered finds that out by the missing answer.
+    token: a request by the remembered view then gets no answer.
     """
 
     def __init__(self, bus: Bus, system: str) -> None:

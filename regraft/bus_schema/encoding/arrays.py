@@ -60,7 +60,7 @@ class ArrayShape:
         return self.check(plain)
 
     def json_schema(self) -> JsonSchema:
-        """Return what a JSON view shows of an array: its dtype and shape. ``x-array`` tells how it travels."""
+        """Return what a JSON view shows of an array: its dtype and shape. ``x-array`` describes how it travels."""
         lengths: list[JsonSchema] = [
             {"type": "integer", "minimum": 0} if length is None else {"const": length} for length in self.layout.shape
         ]

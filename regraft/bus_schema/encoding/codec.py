@@ -83,13 +83,13 @@ def to_plain(message: object) -> dict[str, Any]:
 
 
 def from_plain(plain: Any, cls: type[T]) -> T:
-    """Return the message of class ``cls`` that a map of plain data stands for; raises BadMessage."""
+    """Return the message of class ``cls`` of which a map of plain data has the fields; raises BadMessage."""
     message: T = type_of(cls).unpack(plain)
     return message
 
 
 def encoding_fits(encoding: str, kind: MessageType) -> bool:
-    """Tell whether a payload's Zenoh encoding names this type and version."""
+    """Return whether a payload's Zenoh encoding names this type and version."""
     return encoding == kind.encoding
 
 
@@ -101,7 +101,7 @@ def _unpacked(payload: bytes, extension: Any) -> Any:
 
 
 def _malformed(error: Exception) -> BadMessage:
-    """Say that a payload is no MessagePack; what is wrong with an array in it was said already."""
+    """Return the error of a payload that is no MessagePack; an array in it has brought its own."""
     if isinstance(error, BadMessage):
         return error
     return BadMessage(f"is not one well-formed MessagePack value ({type(error).__name__})")

@@ -1,7 +1,7 @@
 """The short way through a record: two functions per message type, written out field by field when it is registered.
 
-A message that fits takes this way, which costs a third of the walk along its shapes. One that does not fit in the
-least takes the walk after all: shapes alone decide what is wrong, and say it.
+A message that fits takes this way, which costs a third of the walk along its shapes. One that does not
+fit takes the walk after all: shapes alone decide what is wrong, and report it.
 """
 
 from __future__ import annotations
@@ -127,7 +127,7 @@ def _making(shape: RecordShape, values: list[str], names: _Names) -> list[str]:
 
 
 def _is_simple(shape: RecordShape) -> bool:
-    """Tell whether the class takes its fields by position."""
+    """Return whether the class takes its fields by position."""
     fields: Any = dataclasses.fields(shape.cls)
     return bool(fields) and all(field.init and not field.kw_only for field in fields)
 

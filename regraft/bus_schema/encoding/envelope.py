@@ -1,4 +1,4 @@
-"""The envelope of a sample: who sent it, and where it stands in its output's numbering. It travels as the attachment.
+"""The envelope of a sample: who sent it, and its place in its output's numbering. It travels as the attachment.
 
 Layout, little-endian: version (u8), kind (u8), reserved (u16), epoch (u32), incarnation (u32). Then sequence (u64),
 stamp (i64, nanoseconds), and the source's name in UTF-8.
@@ -23,7 +23,7 @@ MAX_SOURCE_LENGTH = 160
 
 
 class Kind(IntEnum):
-    """The kind of a sample: data, or a marker that only says how far the numbering has come."""
+    """The kind of a sample: data, or a marker that only states how far the numbering has come."""
 
     DATA = 0
     MARKER = 1
@@ -81,5 +81,5 @@ def run_part(kind: Kind, epoch: int, incarnation: int) -> bytes:
 
 
 def is_marker(attachment: bytes) -> bool:
-    """Tell whether an attachment is a marker's envelope, without opening it."""
+    """Return whether an attachment is a marker's envelope, without opening it."""
     return len(attachment) > LAYOUT.size and attachment[1] == Kind.MARKER

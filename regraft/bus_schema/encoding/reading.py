@@ -1,7 +1,7 @@
 """Reads one value out of a message of any type: a field by its dotted path, and what is made of it.
 
 ``twist.linear.x`` is a field of a field, ``consumers.motors`` a key of a map. ``ranges.0`` is one of many, and
-``faults.text`` that field of each of many. ``reading_checks`` tells beforehand what a type has.
+``faults.text`` that field of each of many. ``reading_checks`` checks beforehand what a type has.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class Reading:
 
 
 def read(said: object, reading: Reading) -> PlainValue:
-    """Return what a message says: a bool, int, float, text, or a list of these; None where it says nothing.
+    """Return the value in a message: a bool, int, float, text, or a list of these; None where there is none.
 
     Raises:
         BadMessage: the field is something that ``reading_problem`` would have refused, or its plain data is.
@@ -79,7 +79,7 @@ def read(said: object, reading: Reading) -> PlainValue:
 
 
 def is_index(part: str) -> bool:
-    """Tell whether a part of a path counts, rather than names."""
+    """Return whether a part of a path is an index, not a name."""
     return part.isascii() and part.isdigit()
 
 

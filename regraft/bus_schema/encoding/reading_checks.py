@@ -1,4 +1,4 @@
-"""Tells what a message type has to be read, before any message has come."""
+"""Checks what can be read of a message type, before any message has come."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ FORMER_NAMES = {
 """Names of fields in version 1 of the protocol, and what they are called since."""
 
 SHORTHAND = "shorthand"
-"""The ClassVar of a dataclass that names the field for which a text alone stands."""
+"""The ClassVar of a dataclass that names the field that a text alone gives."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +124,7 @@ class RecordShape:
 
 @dataclass(frozen=True, slots=True)
 class UnionShape:
-    """One of several dataclasses, told apart by a tag."""
+    """One of several dataclasses, distinguished by a tag."""
 
     key: str
     members: dict[str, RecordShape]
@@ -152,7 +152,7 @@ class UnionShape:
 
 @dataclass(frozen=True, slots=True)
 class ShorthandShape:
-    """A record for which a text may stand: the value of its field ``field``."""
+    """A record that may be written as a text alone: the value of its field ``field``."""
 
     record: RecordShape
     field: str
@@ -250,7 +250,7 @@ def shape_of(hint: Any) -> Shape:
 
 
 def holds_tail(shape: Shape) -> bool:
-    """Tell whether a value of this shape is, or contains, an array that travels as the payload's tail."""
+    """Return whether a value of this shape is, or contains, an array that travels as the payload's tail."""
     if isinstance(shape, ArrayShape):
         return shape.layout.tail
     if isinstance(shape, shapes.TupleShape | shapes.MapShape | shapes.OptionalShape):

@@ -1,7 +1,7 @@
 """How one kind of value is checked, packed and described: a shape per kind, composed into records by ``records``.
 
 A shape turns a Python value into plain data for MessagePack (``pack``) and back (``unpack``). Both check: a bad
-value is refused by its publisher already, and again by whoever receives it.
+value is refused by its publisher already, and again by its receivers.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.suggestions import near
 
 JsonSchema = dict[str, Any]
 
@@ -29,7 +30,7 @@ class Shape(Protocol):
         """Return ``value`` as plain data; raises BadMessage."""
 
     def unpack(self, plain: Any) -> Any:
-        """Return the value that ``plain`` stands for; raises BadMessage."""
+        """Return the value of the plain data; raises BadMessage."""
 
     def json_schema(self) -> JsonSchema:
         """Describe the plain data as JSON Schema 2020-12."""
@@ -198,8 +199,10 @@ class EnumShape:
         try:
             return self.members(plain)
         except ValueError:
-            known = ", ".join(str(member.value) for member in self.members)
-            raise BadMessage(f"is {plain!r}, must be one of: {known}") from None
+            known = [str(member.value) for member in self.members]
+            meant = near(plain, known) if isinstance(plain, str) else None
+            hint = f"; did you mean {meant!r}?" if meant else ""
+            raise BadMessage(f"is {plain!r}, must be one of: {', '.join(known)}{hint}") from None
 
     def json_schema(self) -> JsonSchema:
         """Return the values as ``enum``."""

@@ -34,7 +34,7 @@ def know_schema() -> None:
 
 
 def is_type(name: str) -> bool:
-    """Tell whether a message type of that name is known: those of the schema are, whatever has been imported."""
+    """Return whether a message type of that name is known: those of the schema are, imported or not."""
     if name in {kind.name for kind in known_types()}:
         return True
     know_schema()
@@ -42,7 +42,7 @@ def is_type(name: str) -> bool:
 
 
 def instead_of_type(name: str) -> str:
-    """Say which message type of a topic may have been meant by ``name``, which may be its class."""
+    """Return which message type of a topic may have been meant by ``name``, which may be its class."""
     kinds = {kind.name: kind for kind in known_types() if kind.cls.__module__ not in PROTOCOL}
     for kind in kinds.values():
         if name in _classes(kind):

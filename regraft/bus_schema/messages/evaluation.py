@@ -19,7 +19,7 @@ class RunSummaryRequest:
 class RunSummary:
     """Reply: a run up to ``stamp``. Equal runs have equal digests.
 
-    ``contacts`` counts how often the robot began to touch something, ``visits`` how often it stood at each goal.
+    ``contacts`` counts how often the robot began to touch something, ``visits`` how often it was at each goal.
     ``pictures`` and ``hits`` count, by camera, the pictures looked at and those in which something was found.
     ``adaptations`` counts those that ended, by outcome.
     """

@@ -15,7 +15,7 @@ from regraft.bus_schema.model.lifecycle import State
 class ComponentStatus:
     """State of one run of a component: on every change, and as a heartbeat from the component's own loop.
 
-    ``revision`` is the architecture revision that it was last told; ``error`` its last error, empty if none;
+    ``revision`` is the architecture revision that it received last; ``error`` its last error, empty if none;
     ``lost`` and ``refused`` count messages missing from, and refused on, its inputs. ``detail`` is what it does, for
     people; ``values`` is the same for programs, such as the ``url`` of a gateway or the ``renderer`` of a camera.
     ``failure`` is why it left its state by itself, empty unless it has failed and not recovered.

@@ -91,7 +91,7 @@ class MissionTransition:
 class MissionTransitions:
     """All changes of one tick, or of a halt, in their order; ``structure`` states which tree the uids belong to.
 
-    ``missed`` counts the changes behind those that are told: a batch is bounded.
+    ``missed`` counts the changes behind these: a batch is bounded.
     """
 
     stamp: Seconds
@@ -149,7 +149,7 @@ class Command(Enum):
     """A command for the executor.
 
     ``step`` ticks the paused tree once. ``swap`` has another tree take over from the one that is under way, which is
-    halted; the entries of the root blackboard are carried over. ``check`` only says what is wrong with a tree.
+    halted; the entries of the root blackboard are carried over. ``check`` only reports what is wrong with a tree.
     """
 
     LOAD = "load"

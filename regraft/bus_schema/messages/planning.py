@@ -1,4 +1,4 @@
-"""Planners: whatever decides on an adaptation is asked by the same two messages.
+"""Planners: all that decide on adaptations are asked by the same two messages.
 
 A planner NAME is a component that offers two services:
 

@@ -15,7 +15,7 @@ class ReflectedEntry:
     """The newest value of one entry; ``value`` and ``stamp`` are None before the first.
 
     ``stamp`` is the source message's own, or where it has none the time of its publishing, and ``sequence`` its number.
-    From an age of ``stale_after`` on the value is stale; None where nobody said when.
+    From an age of ``stale_after`` on the value is stale; None: no limit is given.
     """
 
     key: str

@@ -41,8 +41,8 @@ class GeomColour:
 class WorldState:
     """All that a camera needs to render a tick: joint positions (MuJoCo ``qpos``), base pose, and light level (1 full).
 
-    ``model_hash`` tells the compiled world apart from others; ``seed`` fixes placements and image noise.
-    ``colours`` are those of geoms that shine; all others look as the world's files say.
+    ``model_hash`` distinguishes the compiled world from others; ``seed`` fixes placements and image noise.
+    ``colours`` are those of geoms that shine; all others look as in the world's files.
     """
 
     stamp: Seconds

@@ -61,7 +61,7 @@ class Limits:
     """The most that a component may use; None: no limit.
 
     ``memory`` (MiB) is what its processes may have together. ``files`` are those that each of them may have open.
-    ``handler_timeout`` (seconds) is how long a handler or hook may keep its loop; None: as long as its class says.
+    ``handler_timeout`` (seconds) is how long a handler or hook may keep its loop; None: as long as its class states.
     """
 
     memory: Annotated[float, Bounds(16.0)] | None = None
@@ -69,7 +69,7 @@ class Limits:
     handler_timeout: Annotated[Seconds, Bounds(0.1, 600.0)] | None = None
 
     def before(self, general: Limits) -> Limits:
-        """Return these limits, where they say nothing the ``general`` ones."""
+        """Return these limits, with the ``general`` ones where they have none."""
         return Limits(
             general.memory if self.memory is None else self.memory,
             general.files if self.files is None else self.files,
@@ -84,8 +84,8 @@ class ComponentSpec:
 
     ``connections`` maps every port to its topic, None for none; ``services`` maps every offered service to the name
     it is offered under.
-    ``description`` is what its class says; None for an unmanaged process, which does not speak the lifecycle.
-    ``name`` may be left out where the spec is listed under it. Where ``limits`` say nothing, those of the architecture
+    ``description`` is that of its class; None for an unmanaged process, which has no lifecycle.
+    ``name`` may be left out where the spec is listed under it. Where ``limits`` have none, those of the architecture
     hold.
     """
 
@@ -110,7 +110,9 @@ class ComponentSpec:
                 yield port, topic
 
     def brief(self, known: ComponentSpec | None) -> ComponentSpec:
-        """Return the spec without its description, for whoever has ``known`` of the same class and description."""
+        """Return the spec without its description, for receivers that have ``known`` of the same class and
+        description.
+        """
         alike = known is not None and known.cls == self.cls and known.description == self.description
         return replace(self, description=None) if alike else self
 
@@ -177,7 +179,7 @@ class Architecture:
     ``modes`` has the changes that enter each mode, as plain data in the form of `regraft/AdaptationRequest`'s.
     A host without ``host_rules`` has the usual ones. ``unconfirmed`` is the id of the adaptation that gave the
     revision, while that is not final; empty once it is. ``limits`` hold for every component without its own.
-    ``mode_parts`` has the modes of other parts that a mode enters, and ``mode_rules`` are for whoever decides on modes.
+    ``mode_parts`` has the modes of other parts that a mode enters, and ``mode_rules`` are for the mode planner.
     ``asked_modes`` is the mode that was asked for last, by part (`regraft.bus_schema.model.modes.mode_parts`).
     """
 
@@ -197,7 +199,7 @@ class Architecture:
     asked_modes: dict[str, str] = field(default_factory=dict)
 
     def handler_timeout(self, spec: ComponentSpec) -> float:
-        """Return the seconds for which a handler or hook of a component may keep its loop, 0 if nobody says."""
+        """Return how many seconds a handler or hook may keep its component's loop, 0 if unknown."""
         limit = spec.limits.before(self.limits).handler_timeout
         if limit is not None:
             return limit

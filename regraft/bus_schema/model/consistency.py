@@ -130,7 +130,7 @@ def _parameters(architecture: Architecture, components: Collection[str]) -> Iter
 
 
 def _services(architecture: Architecture) -> Iterator[Violation]:
-    # A component that is not active still answers requests (it refuses them), so it too stands in the way.
+    # A component that is not active still answers requests (it refuses them), so it conflicts, too.
     offering: dict[str, list[str]] = defaultdict(list)
     for name, spec in sorted(architecture.components.items()):
         if spec.state is not State.FINALIZED:

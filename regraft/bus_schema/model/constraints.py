@@ -141,7 +141,7 @@ def _kind_is_wrong(parameter: ParameterDescription, value: object) -> bool:
 
 
 def _outside(value: object, constraint: Constraint) -> str:
-    """Say what ``value`` must be, nothing if it is."""
+    """Return what ``value`` must be, empty if it is."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return "must be a number"
     if constraint.minimum is not None and value < constraint.minimum:

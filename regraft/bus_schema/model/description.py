@@ -15,7 +15,7 @@ from regraft.bus_schema.keys import own_name
 from regraft.bus_schema.model.qualities.qualities import QualityDescription
 
 ANY_TYPE = "*"
-"""The type of an input that takes whatever its topic carries."""
+"""The type of an input that takes every message of its topic, of any type."""
 RESERVED_AMOUNTS = ("cpu", "memory", "devices")
 """Resources have these names for other things."""
 PATH = "path"
@@ -120,11 +120,11 @@ def check_amounts(amounts: Mapping[str, float]) -> None:
 @message("regraft/Description")
 @dataclass(frozen=True, slots=True)
 class Description:
-    """A component: what its class says of itself, given the read-only parameters.
+    """A component: its class's description of itself, given the read-only parameters.
 
-    ``handler_timeout`` is how long one handler may keep the loop before it counts as hung. ``lockstep`` says whether
-    it is a member of simulated time. ``removal_forbidden`` says why a running system cannot be without it, empty if it
-    can. ``stateful`` says whether it gives a state, of version ``state_version``; ``restores`` are the
+    ``handler_timeout`` is how long one handler may keep the loop before it counts as hung. ``lockstep`` is whether
+    it is a member of simulated time. ``removal_forbidden`` is why a running system cannot be without it, empty if it
+    can. ``stateful`` is whether it gives a state, of version ``state_version``; ``restores`` are the
     versions of a state that it restores. ``is_time_source`` is true of the source of simulated time. One that is
     ``exclusive`` holds, while it is configured, what no other process can hold at the same time. Those ``qualities``
     that it measures are published every ``evaluate_every`` seconds; None: never. One that

@@ -8,6 +8,7 @@ below. A name without a value makes the whole unknown, except within ``known(nam
 from __future__ import annotations
 
 import ast
+import itertools
 import math
 import operator
 import sys
@@ -53,11 +54,11 @@ FUNCTIONS: Final[dict[str, Callable[..., Any]]] = {
 
 
 class Unknown(Exception):
-    """A name has no value; the text says which."""
+    """A name has no value; the text states which."""
 
 
 class NotComputable(Unknown):
-    """The values that there are do not fit the expression; the text says why."""
+    """The values that there are do not fit the expression; the text states why."""
 
 
 class Expression:
@@ -70,7 +71,7 @@ class Expression:
     """
 
     def __init__(self, text: str) -> None:
-        """Check a text; raises BadMessage saying what is wrong with it."""
+        """Check a text; raises BadMessage stating what is wrong with it."""
         self.text = text
         if len(text) > MAX_LENGTH:
             raise BadMessage(f"has {len(text)} characters, must have at most {MAX_LENGTH}")
@@ -84,21 +85,40 @@ class Expression:
         self.names = tuple(dict.fromkeys(name for part in parts if (name := _name(part)) is not None))
         held: list[Any] = [part for part in parts if isinstance(part, ast.Constant)]
         self.constants: tuple[Any, ...] = tuple(part.value for part in held)
-        self.constants = tuple(part.value for part in parts if isinstance(part, ast.Constant))
 
-    def renamed(self, rename: Callable[[str], str]) -> str:
-        """Return the text with each dotted name as ``rename`` has it.
+    def renamed(
+        self, rename: Callable[[str], str], text: Callable[[str, str], str] = lambda name, compared: compared
+    ) -> str:
+        """Return the text with each name as ``rename`` has it.
+
+        A text that is compared with a name becomes what ``text`` makes of both.
 
         >>> Expression("a.rate * 2 <= b.rate").renamed(lambda name: f"left.{name}")
         'left.a.rate * 2 <= left.b.rate'
+        >>> Expression("mode == 'slow'").renamed(lambda name: f"left.{name}", lambda name, compared: f"left/{compared}")
+        "left.mode == 'left/slow'"
         """
         lines = [line.encode() for line in self.text.strip().splitlines(keepends=True)]
-        named = [part for part in self._parts if isinstance(part, ast.Attribute)]
-        for node in sorted(named, key=lambda node: (node.lineno, node.col_offset), reverse=True):
+        new = {part: rename(name) for part in self._parts if (name := _name(part)) is not None}
+        for name, held in self._compared_texts():
+            found = text(name, held.value)
+            if found != held.value:
+                new[held] = repr(found)
+        for node in sorted(new, key=lambda node: (node.lineno, node.col_offset), reverse=True):
             first, last = node.lineno - 1, (node.end_lineno or node.lineno) - 1
-            new = rename(_name(node) or "").encode()
-            lines[first : last + 1] = [lines[first][: node.col_offset] + new + lines[last][node.end_col_offset or 0 :]]
+            put = lines[first][: node.col_offset] + new[node].encode() + lines[last][node.end_col_offset or 0 :]
+            lines[first : last + 1] = [put]
         return b"".join(lines).decode()
+
+    def _compared_texts(self) -> Iterator[tuple[str, Any]]:
+        """Yield each text with the name that it is compared with."""
+        for part in self._parts:
+            sides = [part.left, *part.comparators] if isinstance(part, ast.Compare) else []
+            for one, other in itertools.pairwise(sides):
+                for named, held in ((one, other), (other, one)):
+                    name = _name(named)
+                    if name is not None and isinstance(held, ast.Constant) and isinstance(held.value, str):
+                        yield name, held
 
     def value(self, names: Mapping[str, Any]) -> Any:
         """Return the value where names have these values; raises Unknown, and BadMessage if the mapping does."""

@@ -18,7 +18,7 @@ class ModeRule:
     """While the expression ``when`` holds, ``mode`` is to be; of several rules that hold, the first listed one counts.
 
     ``start`` are the modes from which it leads; empty: from any. The condition has to hold for ``settle`` seconds
-    first. The mode then stays for ``dwell`` seconds at the least. None: as long as the planner's parameters say.
+    first. The mode then stays for ``dwell`` seconds at the least. None: by the planner's parameters.
     """
 
     name: str

@@ -31,7 +31,7 @@ class Condition:
     """One of: a ``requirement`` is met; a ``quality`` is within bounds; a ``component`` is in a ``state``;
     an expression is true (``require``).
 
-    A text alone stands for a requirement. ``quality`` is ``component.quality``, in the unit of its class. ``within`` is
+    A text alone is a requirement. ``quality`` is ``component.quality``, in the unit of its class. ``within`` is
     the least and the greatest value. ``require`` speaks of ``component.parameter``, ``component.quality`` and
     ``component.active``, as they are in the running components. ``unknown_for`` is how many seconds of the components'
     clock a quality or expression may be unknown.

@@ -21,7 +21,7 @@ from regraft.bus_schema.suggestions import LISTED, instead_of
 def wiring_violations(architecture: Architecture) -> Iterator[Violation]:
     """Yield everything wrong with the connections of ``architecture``.
 
-    Only components that should be active write: the others feed nobody and stand in nobody's way. A port that is
+    Only components that should be active write: the others feed no reader and conflict with none. A port that is
     not required may be left out of ``connections``, or have no topic. An inactive component may have any port so.
     """
     writers = _writers(architecture)
@@ -101,7 +101,7 @@ def _port_problems(
 
 
 def connection_problem(topics: Mapping[str, TopicSpec], port: PortDescription, name: str) -> str | None:
-    """Return why a port cannot be connected to a topic of that name, whoever else is; None if it can."""
+    """Return why a port cannot be connected to a topic of that name, regardless of others; None if it can."""
     label = f"{port.direction} {port.name!r}"
     topic = TopicSpec(name, SYSTEM_TOPICS[name]) if name in SYSTEM_TOPICS else topics.get(name)
     if name in SYSTEM_TOPICS and port.direction == "output":

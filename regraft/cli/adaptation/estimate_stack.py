@@ -164,7 +164,7 @@ def _transition(text: str, spec: ComponentSpec, given: str) -> Transition:
 
 
 def _described(spec: ComponentSpec) -> DescribedComponent:
-    """Return a spec with what its class says, as a host would."""
+    """Return a spec with its class's description, as a host would."""
     if not spec.cls:
         return DescribedComponent(spec)
     try:

@@ -26,7 +26,7 @@ DESCRIBED_TIMEOUT = 25.0
 """Seconds that a host may take to import a class and describe it."""
 
 STARTED = ("class", "command")
-"""The fields of a spec that say what is started."""
+"""The fields of a spec that name what is started."""
 
 Describe = Callable[[ComponentSpec], DescribedComponent | None]
 
@@ -58,7 +58,7 @@ def refuse_values(spec: ComponentSpec, values: Mapping[str, PlainValue], *, star
 def mistakes(changes: Sequence[Change], known: Topology, describe: Describe) -> Iterator[tuple[int, str]]:
     """Yield every mistake with the index of its change; each change sees what those before it will have done.
 
-    ``describe`` gives what a class states of itself, None if nobody can say: it is left to the manager then.
+    ``describe`` gives what a class states of itself, None if that is unknown: it is left to the manager then.
     """
     draft = _Draft(dict(known.hosted), dict(known.topics), known, describe)
     for index, change in enumerate(changes):
@@ -179,7 +179,7 @@ def _of_values(spec: ComponentSpec, values: Mapping[str, PlainValue], *, startin
 
 
 def _described(there: Reached, spec: ComponentSpec) -> DescribedComponent | None:
-    """Ask the host that would run it; None if it cannot say, which the adaptation manager then will."""
+    """Ask the host that would run it; None if it does not know: the adaptation manager judges then."""
     asked = DescribeComponent(spec)
     try:
         return there.client.ask_host(spec.host, "describe", asked, DescribedComponent, DESCRIBED_TIMEOUT)

@@ -55,16 +55,12 @@ def show_parts(found: SystemModes, name: str, view: RobotView, *, as_json: bool)
     named = {part.part or THE_SYSTEM: part for part in found.parts}
     if name and name not in named:
         raise BadInput(no_such("part", name, named))
-    parts = [named[name]] if name else [each for each in found.parts if _belongs(each, view)]
+    parts = [named[name]] if name else [each for each in found.parts if view.has_part(each.part)]
     if as_json:
         show_json(parts)
         return
     rows = [(part.part or THE_SYSTEM, part.kind.value, part.target, part.actual, _state(part)) for part in parts]
     show_table(("part", "kind", "target", "actual", "state"), rows, empty="there are no parts")
-
-
-def _belongs(part: PartModes, view: RobotView) -> bool:
-    return part.part == view.robot or view.has_component(part.part)
 
 
 def _state(part: PartModes) -> str:

@@ -31,7 +31,7 @@ class Confirmation:
 
 
 def conditions(typed: Iterable[str]) -> Iterator[Condition]:
-    """Yield the condition that each text stands for; raises BadInput."""
+    """Yield the condition of each text; raises BadInput."""
     for text in typed:
         if text.lstrip()[:1] == "{":
             given = document(text, "--watch")

@@ -1,1 +1,1 @@
-"""``regraft topic``, ``service``, ``param``, ``types``: what components say, offer and let one set."""
+"""``regraft topic``, ``service``, ``param``, ``types``: what components publish, offer and let one set."""

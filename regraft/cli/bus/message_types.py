@@ -41,7 +41,7 @@ def _told(there: Reached, name: str, users: tuple[str, ...]) -> Iterator[Describ
             continue
         try:
             yield from map(described_type, there.client.types(component, name))
-        # A component that is away, or written in another language, need not tell: another one may.
+        # A component that is away, or written in another language, may not answer: another one may.
         except (ClientError, BadMessage):
             continue
 

@@ -65,7 +65,7 @@ class Rates:
 
 
 def rate(times: deque[float]) -> float | None:
-    """Return how often something happened per second, None if that cannot be said.
+    """Return how often something happened per second, None if that is unknown.
 
     >>> rate(deque([0.0, 0.5, 1.0]))
     2.0

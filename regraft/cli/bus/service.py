@@ -93,7 +93,7 @@ def send(
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Send an action a goal and print its result; Ctrl-C cancels the goal, as whatever ends this command does."""
+    """Send an action a goal and print its result; Ctrl-C cancels the goal, as every end of this command does."""
     with reached(ctx, system) as there:
         request = _request(there, name, "action", body)
 

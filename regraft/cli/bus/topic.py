@@ -96,7 +96,7 @@ def echo(
 def _check(there: Reached, name: str) -> None:
     """Warn of a topic that nobody writes; raise BadInput for one that no component knows and nothing comes on.
 
-    A component that has just started has told nothing of itself yet, and a program need not: they get a moment.
+    A component that has just started is not described yet, and a program may never be: they get a moment.
     """
     topic_name(name)
     heard = threading.Event()

@@ -33,7 +33,7 @@ def check(
     places: PlacesOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Check a stack with all that it includes; tell everything that is wrong."""
+    """Check a stack with all that it includes; report everything that is wrong."""
     found = _loaded(file, overrides, params, places)
     check_with_classes(found)
     parts = {name: len(getattr(found.architecture, name)) for name in ("components", "topics", "constraints", "modes")}

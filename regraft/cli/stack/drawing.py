@@ -10,7 +10,7 @@ TIMEOUT = 60.0
 
 
 class Missing(Exception):
-    """No picture can be drawn here; the text says what is missing."""
+    """No picture can be drawn here; the text states what is missing."""
 
 
 def svg(text: str) -> bytes:

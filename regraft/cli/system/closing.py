@@ -18,15 +18,15 @@ from regraft.system.launch import Running
 
 SERVICE = "run_summary"
 SUMMARIES = "summaries"
-"""The field with what each of several recorders says."""
+"""The field with the summary of each of several recorders."""
 SUMMARY_TIMEOUT = 10.0
 DIGITS_SHOWN = 12
 
 
 class SummaryAsked:
-    """A question for the run's summaries, on its way; whoever asked continues, and looks now and then.
+    """A question for the run's summaries, on its way; its caller continues, and looks now and then.
 
-    ``summaries`` has what is told so far, by the component that tells it.
+    ``summaries`` has the answers so far, by component.
     """
 
     def __init__(self, running: Running, services: Mapping[str, str]) -> None:
@@ -127,7 +127,7 @@ def _shown(value: Any) -> str:
 def plain_summary(summaries: Mapping[str, RunSummary]) -> dict[str, Any]:
     """Return a run's summary as plain data, empty without one.
 
-    Several, by the components that told them, are summed up; what each says is in ``summaries``. Counted things have
+    Several, by their components, are summed up; each is in ``summaries``, too. Counted things have
     the names of their robots then: ``left/middle_box``.
     """
     plain: dict[str, dict[str, Any]] = {name: codec.to_plain(summary) for name, summary in summaries.items()}

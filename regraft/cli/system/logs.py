@@ -1,4 +1,4 @@
-"""``regraft logs`` and ``events``: what the components say."""
+"""``regraft logs`` and ``events``: what the components write and report."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ def check_ports(architecture: Architecture) -> None:
 
 
 def listeners(architecture: Architecture) -> Iterator[tuple[str, str, int]]:
-    """Yield component, address and port of whoever has such parameters; port 0, any free one, is left out."""
+    """Yield component, address and port of all that have such parameters; port 0, any free one, is left out."""
     for name, spec in sorted(architecture.components.items()):
         if spec.description is None or spec.host != LOCAL:
             continue

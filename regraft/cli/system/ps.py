@@ -102,7 +102,7 @@ def shown_state(component: dict[str, Any]) -> str:
 
 
 def remark(component: dict[str, Any]) -> str:
-    """Return what else there is to say about a component, the worst first."""
+    """Return further remarks about a component, the worst first."""
     silent = component["silent_s"]
     error, failure = component["error"], component["failure"]
     parts = [failure and f"failed: {failure}", "" if error == failure else error, component["detail"]]

@@ -70,7 +70,7 @@ def run(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Run one component without a stack, until Ctrl-C; whoever asks may set its parameters and states."""
+    """Run one component without a stack, until Ctrl-C; anybody may set its parameters and states."""
     look_in(Path.cwd())
     ending = ShutdownRequest()
     ending.hear_signals()

@@ -23,7 +23,7 @@ LAST_STATUS_TIMEOUT = 1.0
 """Seconds after the end of simulated time in which components may still report that they came up."""
 PROGRESS_INTERVAL = 1.0
 SAY_WHY_TIMEOUT = 10.0
-"""Seconds after which start-up is slow enough to say who is waited for; and again after as many more."""
+"""Seconds after which slow start-up names what it waits for; and again after as many more."""
 START_TIMEOUT = 60.0
 """Seconds after which a run of limited duration counts its time although not everything is up.
 
@@ -32,7 +32,7 @@ It need not wait so long for what does not come up by itself.
 
 
 class Run:
-    """One run of a system from the side of whoever started it; ``step`` is called again and again."""
+    """One run of a system as the command that started it sees it; ``step`` is called again and again."""
 
     def __init__(self, display: Display, duration: float | None) -> None:
         """Show it on ``display``; end it after ``duration`` seconds of the system's time, None for never."""

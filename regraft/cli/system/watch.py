@@ -138,16 +138,16 @@ class Watch:
     # --- what is seen ---
 
     def clock(self) -> ClockTime | None:
-        """Return simulated time as last told."""
+        """Return simulated time as last published."""
         self._time = self._clock.look(ClockTime) or self._time
         return self._time
 
     def missions(self) -> dict[str, MissionStatus]:
-        """Return the missions as last told, by robot."""
+        """Return the missions as last published, by robot."""
         return _looked_at(self._missions, MissionStatus)
 
     def batteries(self) -> dict[str, BatteryState]:
-        """Return the batteries as last told, by robot."""
+        """Return the batteries as last published, by robot."""
         return _looked_at(self._batteries, BatteryState)
 
     def processes(self) -> tuple[ProcessStatus, ...]:

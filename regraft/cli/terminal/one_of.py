@@ -14,7 +14,7 @@ E = TypeVar("E", bound=Enum)
 
 
 def one_of(members: type[E], what: str) -> Callable[[str], E]:
-    """Return a parser of members of an enumeration, typed as their values; for another word it tells the nearest."""
+    """Return a parser of members of an enumeration, typed as their values; for another word it suggests the nearest."""
     known = {str(member.value): member for member in members}
 
     def parse(text: str) -> E:

@@ -84,7 +84,7 @@ def plain_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> list[
 
 
 def seconds(value: float) -> str:
-    """Return a duration as people say it.
+    """Return a duration as people write it.
 
     >>> [seconds(0.0123), seconds(3.21), seconds(200.0)]
     ['12 ms', '3.2 s', '200 s']

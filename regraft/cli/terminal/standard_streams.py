@@ -39,7 +39,7 @@ class _Output(TextIOWrapper):
 
 
 class _Errors(TextIOWrapper):
-    """Standard error: if it takes nothing, there is nobody left to tell."""
+    """Standard error: if it takes nothing, an error cannot be shown at all."""
 
     def write(self, text: str) -> int:
         """Write if that is possible."""
@@ -59,7 +59,7 @@ def _why(error: OSError) -> str:
 
 
 def prepare() -> None:
-    """Give this process all three streams, whatever it was started with."""
+    """Give this process all three streams, also if it was started without some."""
     for descriptor in STANDARD:
         _fill(descriptor)
     sys.stdin = sys.stdin or open(os.devnull, encoding="utf-8")  # noqa: SIM115

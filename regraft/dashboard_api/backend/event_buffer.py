@@ -1,6 +1,6 @@
 """The latest events, numbered, for any number of readers at their own pace.
 
-Readers share one bounded buffer: whoever is too slow is told how much was missed, and costs nobody memory.
+Readers share one bounded buffer: one that is too slow gets the number of missed events, and costs no memory.
 """
 
 from __future__ import annotations
@@ -124,7 +124,7 @@ class EventBuffer:
             return [event for event in self._kept if event.number > number], missed
 
     def identifier(self, number: int) -> str:
-        """Return the identifier that a reader is told, and gives back as ``Last-Event-ID``."""
+        """Return the identifier that a reader gets, and gives back as ``Last-Event-ID``."""
         return f"{self.run}-{number}"
 
     def resume(self, identifier: str) -> int | None:

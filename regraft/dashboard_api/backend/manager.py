@@ -46,7 +46,7 @@ COME_INTERVAL = 1.0
 FRESH_FOR = 1.0
 """Seconds for which an architecture that was read serves overviews."""
 HOST_TIMEOUT = 1.0
-"""Seconds that the first host may take to say which components there are."""
+"""Seconds that the first host may take to list the components."""
 OVERVIEW_TIMEOUT = 1.0
 """Seconds that an overview waits for the manager; it can do without."""
 BACK_OFF = 5.0
@@ -79,7 +79,7 @@ class Services:
             raise malformed(told(error)) from None
 
     def _is_offered_by_nobody(self, service: str) -> bool:
-        """Tell whether nobody hears the service now, and no component is there that may offer it again."""
+        """Return whether no component offers the service now, and none is there that may offer it again."""
         try:
             return not self.client.reaches(service) and service not in self._offered()
         except (BusError, ClientError):

@@ -33,7 +33,7 @@ from regraft.dashboard_api.backend.views import (
 from regraft.dashboard_api.http.problems import malformed, not_found, unavailable, violation
 
 LISTEN_FOR = 0.5
-"""Seconds that an overview waits for a component or host that has not told its status yet."""
+"""Seconds that an overview waits for a component or host that has not published its status yet."""
 LIVE_TIMEOUT = 1.0
 
 
@@ -113,8 +113,7 @@ class Overview:
         if not robot:
             return found
         view = view_of(robot, self._manager.last_architecture() or self._manager.architecture())
-        own = (part for part in found.parts if part.part == robot or view.has_component(part.part))
-        return replace(found, parts=tuple(own))
+        return replace(found, parts=tuple(part for part in found.parts if view.has_part(part.part)))
 
     def logs(self, name: str, lines: int) -> tuple[str, ...]:
         """Return the last lines of a component's log; raises Problem."""

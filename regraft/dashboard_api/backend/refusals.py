@@ -1,4 +1,4 @@
-"""From the refusal of a service to a problem: by its code, whatever its text says."""
+"""From the refusal of a service to a problem: by its code, with any text."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ from regraft.client.qualities import QualityNow
 
 @dataclass(frozen=True, slots=True)
 class SystemOverview:
-    """The system in one answer. ``components`` counts them by state; ``problems`` says in words what is wrong.
+    """The system in one answer. ``components`` counts them by state; ``problems`` describes in words what is wrong.
 
     ``revision`` and ``simulated`` are null while the adaptation manager is silent, ``clock`` under the real clock.
     """

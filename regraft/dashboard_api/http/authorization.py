@@ -1,4 +1,4 @@
-"""Stands behind the guard: reading passes, acting needs a proven caller with the route's role."""
+"""Runs behind the guard: reading passes, acting needs a proven caller with the route's role."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reads the body of a request: strict JSON, of a bounded size, with everything wrong told by field.
+"""Reads the body of a request: strict JSON, of a bounded size, with everything wrong reported by field.
 
 Pydantic's JSON parser serves no strict reader: of a name that is given twice it takes the last, and 1e999 is infinite.
 """

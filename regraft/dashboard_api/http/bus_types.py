@@ -26,7 +26,7 @@ MISFIT: Final = "misfit"
 COMBINATION: Final = "combination"
 """The kinds of errors: a value that does not fit its type, and fields that do not fit each other."""
 MAX_TOLD = 100
-"""Violations of one request that are told."""
+"""Violations of one request that are reported."""
 
 
 def to_json(value: Any) -> Any:
@@ -52,7 +52,7 @@ Shown = Annotated[T, _Packed()]
 
 
 def checked(shape: Shape, also: JsonSchema = NOTHING) -> Any:
-    """Return the type of plain data that a shape checks and unpacks; the document says of it ``also`` this."""
+    """Return the type of plain data that a shape checks and unpacks; ``also`` is added in the document."""
 
     def unpack(plain: Any) -> Any:
         try:
@@ -80,7 +80,7 @@ def fields_of(
 ) -> dict[str, BodyField]:
     """Return fields of a record, all of them or those with these names, under the names that they travel by.
 
-    The document says ``also`` of a field what is here under its name.
+    ``also`` has what the document adds to a field, under its name.
     """
     shape = record_shape(cls)
     return {
@@ -141,7 +141,7 @@ def _check_once(plain: Any, check: Callable[[Any], JsonObject]) -> _Checked:
 
 
 def _bounded(schema: Any) -> Any:
-    """Return a schema that says of every integer that it fits 64 bits.
+    """Return a schema that bounds every integer to 64 bits.
 
     FastAPI makes floats of limits: 2**64 is one, 2**64 - 1 is none.
     """

@@ -46,13 +46,13 @@ class Callers:
     """Finds out who asks, for each request again: ports are used again, and tokens are revoked."""
 
     def __init__(self, tokens: Tokens, user: Callable[[Scope], int | None] = user_of) -> None:
-        """Admit by ``tokens``, and by the user that the kernel tells."""
+        """Admit by ``tokens``, and by the user that the kernel reports."""
         self._tokens = tokens
         self._user = user
         self._own = os.geteuid()
 
     def identify(self, scope: Scope, role: Role) -> Caller:
-        """Return who asks; raises Problem (401), which says how to get ``role``, if nothing proves it.
+        """Return who asks; raises Problem (401), which states how to get ``role``, if nothing proves it.
 
         A token that is given is decided on alone: one that is wrong is never made good by the user.
         """
@@ -79,9 +79,9 @@ class Callers:
 
 
 def is_own(uid: int, own: int) -> bool:
-    """Tell whether a user may act: root, or the one that runs the gateway.
+    """Return whether a user may act: root, or the one that runs the gateway.
 
-    The overflow uid stands for every user that a container cannot name: it is nobody's own.
+    The overflow uid is that of every user that a container cannot name: it is nobody's own.
     """
     return uid == 0 or (uid == own and uid != _overflow())
 

@@ -1,4 +1,4 @@
-"""Stands before the application: no foreign host names, no other origins, no huge bodies; for WebSockets as well.
+"""Runs before the application: no foreign host names, no other origins, no huge bodies; for WebSockets as well.
 
 A browser on this machine can be made to send requests here by any page. A page of another origin shows
 by its ``Origin`` or ``Sec-Fetch-Site``. One that rebound its own name to this address shows by its ``Host``.

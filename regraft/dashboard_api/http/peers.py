@@ -1,4 +1,4 @@
-"""The user at the other end of a connection, as the kernel tells it: the owner of the client's socket."""
+"""The user at the other end of a connection, as the kernel reports it: the owner of the client's socket."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class KnownConnection(H11Protocol):
 
 
 def user_of(scope: Scope, look: Callable[[End, End], Owner | None] = owner) -> int | None:
-    """Return the uid of the user at the other end of a request's connection, None if the kernel cannot say."""
+    """Return the uid of the user at the other end of a connection, None if the kernel does not know."""
     connection, client, server = scope.get(CONNECTION), scope.get("client"), scope.get("server")
     if connection is None or not client or not server:
         return None

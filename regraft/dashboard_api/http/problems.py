@@ -186,7 +186,7 @@ def known_fields(route: Any) -> list[str]:
 
 
 def malformed(*violations: Violation) -> Problem:
-    """Return the problem of a request that does not have the right form; of many violations it tells the first."""
+    """Return the problem of a request that does not have the right form; of many violations it lists the first."""
     return _of_violations(MALFORMED, violations)
 
 
@@ -204,7 +204,9 @@ def _of_violations(kind: Kind, violations: tuple[Violation, ...]) -> Problem:
 
 
 def retry_after(kind: Kind, seconds: float | None = None) -> dict[str, str]:
-    """Return the header that says when a request may be sent again: after ``seconds``, and always for a 503."""
+    """Return the header with the time after which a request may be sent again: after ``seconds``, and always for a
+    503.
+    """
     if seconds is None and kind.status == UNAVAILABLE.status:
         seconds = RETRY_AFTER
     return {} if seconds is None else {"Retry-After": str(max(1, math.ceil(seconds)))}

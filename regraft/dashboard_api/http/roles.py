@@ -14,7 +14,7 @@ from regraft.security.tokens import Role
 
 READING_METHODS: Final = ("GET", "HEAD", "OPTIONS")
 WEBSOCKET: Final = "WEBSOCKET"
-"""Stands for the method of a WebSocket, which could act and needs a role like any acting route."""
+"""In place of the method of a WebSocket, which could act and needs a role like any acting route."""
 OPERATE, ADMINISTER = Role.OPERATE, Role.ADMINISTER
 
 ROLES: Final[Mapping[tuple[str, str], Role | None]] = {
@@ -81,7 +81,7 @@ def _require_for_parameters(change: SetParameters, caller: Caller, spec: Compone
 
 
 def configures(spec: ComponentSpec, parameter: str) -> bool:
-    """Tell whether a parameter is a planner's, names a file, or chooses the mission; true if that is not known."""
+    """Return whether a parameter is a planner's, names a file, or chooses the mission; true if that is not known."""
     if spec.description is None:
         return True
     services = offered_services(spec)

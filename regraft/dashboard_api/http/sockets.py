@@ -58,7 +58,7 @@ def asked(client: End, server: End) -> Owner | None:
 
 
 def listed(client: End, server: End, tables: Path = TABLES) -> Owner | None:
-    """Return what the kernel's lists say, None if the socket is on none of them."""
+    """Return the owner by the kernel's lists, None if the socket is on none of them."""
     for table, ends in _rows(client, server):
         try:
             text = (tables / table).read_bytes()

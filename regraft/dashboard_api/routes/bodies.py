@@ -111,7 +111,7 @@ ADAPTATION = {
 
 
 def of_component(cls: type) -> Fields:
-    """Return the body that stands for a change of a component that the path names."""
+    """Return the body of a change of a component that the path names."""
     return Fields(f"{cls.__name__}Body", fields_of(cls, without=["component"]) | REASON | CONFIRMATION)
 
 

@@ -62,7 +62,7 @@ def _role(operation: dict[str, Any]) -> str:
 
 
 def _prose(text: str) -> str:
-    """Return paragraphs, with what stands in back quotes as code."""
+    """Return paragraphs, with text in back quotes as code."""
     marked = re.sub(r"(`+)([^`]+)\1", r"<code>\2</code>", escape(text))
     return "".join(f"<p>{paragraph}</p>" for paragraph in marked.split("\n\n"))
 

@@ -45,7 +45,7 @@ def routes(system: str, document: Callable[[], dict[str, Any]], prefix: str) -> 
 
 
 def _prefers_json(accept: str) -> bool:
-    """Tell whether a client would rather have JSON than HTML; one that takes anything gets HTML."""
+    """Return whether a client would rather have JSON than HTML; one that takes anything gets HTML."""
     weights = {"application/json": 0.0, "text/html": 0.0, "*/*": 0.0}
     for part in accept.lower().split(","):
         kind, *parameters = (word.strip() for word in part.split(";"))

@@ -54,7 +54,9 @@ Name = Annotated[str, Path(description="A planner's name", examples=["bandits"])
 
 @dataclass(frozen=True, slots=True)
 class PlannerLine:
-    """A planner: the component that it is; ``description`` is null, and ``problem`` says why, if it does not answer."""
+    """A planner: the component that it is; ``description`` is null, and ``problem`` states why, if it does not
+    answer.
+    """
 
     planner: str
     component: str
@@ -88,7 +90,7 @@ def routes(services: Services, manager: Manager) -> APIRouter:
     def propose(request: Request, name: Name, body: ProposalBody, x_regraft_actor: ActorHeader = "") -> Shown[Proposal]:
         """Ask a planner for an adaptation, and have it carried out unless ``apply`` is false.
 
-        The answer waits for the outcome, which the proposal's report tells; also that of one that was rejected.
+        The answer waits for the outcome, which is in the proposal's report; also that of one that was rejected.
         """
         asked = built(ProposalRequest, actor=actor(request, x_regraft_actor), **body)
         found = _planners(manager)

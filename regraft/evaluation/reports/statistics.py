@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy  # its part "stats" is imported by the first use: it takes longer than to start a campaign
 from numpy.typing import NDArray
-from scipy import stats
 
 RESAMPLES = 2000
 CONFIDENCE = 0.95
@@ -40,7 +40,7 @@ def summary(values: Sequence[float]) -> Summary:
     spread = float(np.ptp(known))
     if size >= 3 and spread > 1e-12 * float(np.abs(known).max()):
         # The test does not depend on the scale, but scipy takes what is very small for all the same.
-        normal = float(stats.shapiro((known - known.min()) / spread).pvalue)
+        normal = float(scipy.stats.shapiro((known - known.min()) / spread).pvalue)
     sd = float(known.std(ddof=1)) if size > 1 else math.nan
     return Summary(size, float(known.mean()), sd, float(np.median(known)), normal)
 
@@ -88,7 +88,7 @@ def compare(first: Sequence[float], second: Sequence[float]) -> Comparison:
     if len({*first, *second}) == 1:
         u, p = len(first) * len(second) / 2.0, 1.0
     else:
-        found = stats.mannwhitneyu(first, second, alternative="greater", method=method)
+        found = scipy.stats.mannwhitneyu(first, second, alternative="greater", method=method)
         u, p = float(found.statistic), float(found.pvalue)
     rng = np.random.default_rng(0)
     one, other = np.asarray(first, float), np.asarray(second, float)

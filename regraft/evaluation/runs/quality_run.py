@@ -101,7 +101,7 @@ def _listen(client: Client, run: QualityRun) -> None:
 
 
 def _until_the_end(run: QualityRun) -> QualityRun:
-    """Leave out what is told when the parts end, which the client may or may not hear."""
+    """Leave out what is published when the parts end, which the client may or may not receive."""
     run.qualities = [quality for quality in run.qualities if quality.stamp < run.seconds]
     run.events = [event for event in run.events if event.stamp < run.seconds]
     return run

@@ -1,7 +1,7 @@
 """The directory of one run: made next to the others, moved among them when the run is over and all of it is there.
 
 ``stack/AS_RUN`` is the stack as it was run, with all that it needs next to it; ``rows.csv`` and ``adaptations.csv``
-hold simulated quantities only, and are equal for equal runs; ``run.json`` says what was run and how it ended; what
+hold simulated quantities only, and are equal for equal runs; ``run.json`` has what was run and how it ended; what
 depends on the machine is in ``timing.csv`` and ``logs/``.
 """
 

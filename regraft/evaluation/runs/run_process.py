@@ -80,7 +80,7 @@ class RunProcess:
         return (self._ended or time.monotonic()) - self._began
 
     def closing(self) -> Mapping[str, Any]:
-        """Return what it said at its end; raises BadRun if it did not come to a good one."""
+        """Return what it printed at its end; raises BadRun if it did not come to a good one."""
         try:
             said = json.loads((self.home / SAID).read_text())
         except ValueError:

@@ -1,4 +1,4 @@
-"""A stack that is run at full speed to be looked at: started as a user would, ended whatever happens."""
+"""A stack that is run at full speed to be looked at: started as a user would, ended in any case."""
 
 from __future__ import annotations
 

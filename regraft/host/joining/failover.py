@@ -38,7 +38,7 @@ class Failover:
         with Client(self._bus, self._system, f"host-local-{loss}") as client:
             problem = self._asked(client, host, loss, target, components)
             if problem and len(components) > 1:
-                # All together is best: what needs each other starts with each other. Otherwise whoever can.
+                # All together is best: what needs each other starts with each other. Otherwise each that can.
                 alone = [self._asked(client, host, loss, target, (name,)) for name in components]
                 problem = "; ".join(filter(None, alone))
         if problem:

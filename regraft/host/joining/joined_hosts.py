@@ -21,7 +21,7 @@ from regraft.host.host_publisher import Refused
 from regraft.runtime.core.lease import now
 
 SILENT_TIMEOUT = 1.0
-"""Seconds without a sign of life after which it is said that a host is silent; less if its link is closed."""
+"""Seconds without a sign of life after which a host is reported as silent; less if its link is closed."""
 MARGIN = 1.0
 """Seconds that a host whose lease is over has for ending its components."""
 LOOKED_AWAY = 0.3
@@ -40,12 +40,14 @@ class _Other:
 
 
 def _process(pid: int) -> str:
-    """Report which process a host is, if it has told: one of another implementation need not."""
+    """Return which process a host is, if it has reported it: one of another implementation need not."""
     return f" (process {pid})" if pid else ""
 
 
 class JoinedHosts:
-    """All hosts but the first. ``tell(kind, host, text)`` makes events; ``lost(host)`` is called once for each loss."""
+    """All hosts but the first. ``tell(kind, host, text)`` publishes events; ``lost(host)`` is called once for each
+    loss.
+    """
 
     def __init__(
         self,
@@ -166,7 +168,7 @@ class JoinedHosts:
         return any(other.state is HostState.JOINED for other in self._others.values())
 
     def status(self) -> tuple[OtherHost, ...]:
-        """Return all that the stack names or that have joined, with the processes of those that cannot tell."""
+        """Return all that the stack names or that have joined, with the processes of those that cannot report."""
         names = sorted({*self._architecture().hosts, *self._others} - {LOCAL})
         return tuple(self._status(name, self._others.get(name) or _Other()) for name in names)
 

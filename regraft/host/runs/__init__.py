@@ -1,1 +1,1 @@
-"""The runs of components that a host has: present, standing by, past."""
+"""The runs of components that a host has: present, standby, past."""

@@ -95,7 +95,7 @@ class ManagedProcess:
             self.is_held, self.start_at = False, now
 
     def status(self) -> ProcessStatus:
-        """Return the process's status, for whoever asks."""
+        """Return the process's status."""
         return ProcessStatus(
             self.spec.name,
             self.incarnation,

@@ -12,8 +12,8 @@ from regraft.host.runs.run_history import RunHistory
 from regraft.runtime.core.assignment import Succession
 
 ALONE_TIMEOUT = 5.0
-"""Seconds after which a component that has ended is restarted although another run runs next to it: by then, whoever
-started that should have decided which of them continues.
+"""Seconds after which a component that has ended is restarted although another run runs next to it: by then, the
+adaptation that started that should have decided which of them continues.
 """
 
 
@@ -59,7 +59,7 @@ class StandbyRuns:
         if name in self._speaking or self.has_process(name):
             raise UnknownComponent(f"{name}: there is a run of it on this host already")
         checkpoint = self._past.checkpoint(name) if asked.with_state else b""
-        # The incumbent answers under what it was started as, whatever it is called by now.
+        # The incumbent answers under the incarnation it was started as, with any present one.
         succession = Succession(asked.incumbent, asked.with_state)
         managed = ManagedProcess(spec, RestartHistory(spec.restart), succeeds=succession, checkpoint=checkpoint)
         managed.incarnation = asked.incarnation - 1

@@ -47,7 +47,7 @@ class MemoryUse:
     """The memory of many runs, look by look. Times are monotonic seconds."""
 
     def __init__(self, zygote: int) -> None:
-        """Nothing is looked at yet; ``zygote`` is the process that adopts whatever loses its parent."""
+        """Nothing is looked at yet; ``zygote`` is the process that adopts orphans."""
         self._zygote = zygote
         self._runs: dict[str, _Run] = {}
         self._next_search = 0.0

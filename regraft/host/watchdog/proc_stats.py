@@ -54,7 +54,7 @@ class OpenWaits:
     _since: dict[str, tuple[int, int, float]] = field(default_factory=dict)
 
     def seconds(self, task: str, ran: int, waited: int) -> float:
-        """Return for how long a task has stood in line; ``ran`` and ``waited`` are what the kernel has counted."""
+        """Return for how long a task has waited; ``ran`` and ``waited`` are what the kernel has counted."""
         before = self._since.get(task)
         if before is None or before[:2] != (ran, waited) or not _wants_to_run(task):
             self._since[task] = (ran, waited, self.now)

@@ -135,7 +135,7 @@ class Describer:
                 file.unlink()
 
     def look(self, now: float) -> None:
-        """Kill whoever takes too long."""
+        """Kill processes that take too long."""
         for asked in self._asked.values():
             if now > asked.deadline and asked.pid:
                 asked.late = True

@@ -2,7 +2,7 @@
 
 It is forked before the host opens its session, keeps to one thread, and reports how its children end: the host is not
 their parent. However the host ends, the zygote notices. It then kills all that was started below it, also what has left
-its group and its parent. Whatever kills the zygote kills the components.
+its group and its parent. A kill of the zygote kills the components.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from regraft.process.descendants import END_TIMEOUT, LOOK_INTERVAL, adopt_orphan
 from regraft.process.main import EXIT_FAULT
 
 LOOK_AFTER_PARENT_INTERVAL = 1.0
-"""Seconds after which the zygote looks whether its host lives, should nothing else have told it."""
+"""Seconds after which the zygote looks whether its host lives, should nothing else have shown it."""
 
 
 class Zygote:
@@ -215,7 +215,7 @@ def _end_group(leader: int) -> None:
 
 
 def _has_adopted(alive: dict[int, tuple[str, int]]) -> bool:
-    """Return whether there are children that this process has not started itself; also if it cannot tell."""
+    """Return whether there are children that this process has not started itself; also if that is unknown."""
     try:
         found = Path(f"/proc/self/task/{os.getpid()}/children").read_text().split()
     except OSError:

@@ -17,7 +17,7 @@ LIST_INTERVAL = 0.5
 class _Alive:
     """The names of the components that show a liveliness token in one of the last two lists; None until there are two.
 
-    A list without this component itself is of a lost link, and tells nothing.
+    A list without this component itself is of a lost link, and means nothing.
     """
 
     def __init__(self, runtime: Runtime) -> None:

@@ -12,7 +12,7 @@ from regraft.lockstep.membership import Membership
 class JoinRequests:
     """At most one request of each component: that of its newest run, if that lives and no member's run still does.
 
-    ``may_join`` tells whether a run may still join.
+    ``may_join`` returns whether a run may still join.
     """
 
     def __init__(self, membership: Membership, may_join: Callable[[Join], bool]) -> None:

@@ -35,7 +35,7 @@ class LivenessTracker:
         return self._early.pop(run, None)
 
     def waiting(self, run: Run) -> Join | None:
-        """Return the join that waits of a run that lives, for whoever knows that the older one is to end."""
+        """Return the waiting join of a living run, for callers that know that the older one is to end."""
         return self._early.pop(run, None) if run in self._runs else None
 
     def has(self, run: Run) -> bool:

@@ -1,4 +1,4 @@
-"""The assignment of a process: which component to be, and what the architecture says of it."""
+"""The assignment of a process: which component to be, and its spec in the architecture."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Assignment:
     ``term`` None means unfenced: a component run alone takes control queries from anybody. ``sensor_streams`` lists the
     topics that drop rather than block. ``members`` (time sources only) are the components to wait for. A run that
     ``succeeds`` another waits, silently, until it is asked to take over. ``secret`` proves to the hub that it belongs
-    to the system. ``lease`` is the path of a file that says until when it may act; empty for whoever always may.
+    to the system. ``lease`` is the path of a file with the time until which it may act; empty: always.
     ``handler_timeout`` takes the place of what its class states. ``scope`` is the robot among several whose names
     the component's names are (`regraft.bus_schema.model.robots.scopes`); empty for none. ``faults`` are the
     component's own on the schedule of the run, for time sources all of them.

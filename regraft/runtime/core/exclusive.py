@@ -70,7 +70,7 @@ class Slots:
 
 
 class Exclusive:
-    """``async with kit.exclusive() as slot``: hold the slot; tell it which components you touch."""
+    """``async with kit.exclusive() as slot``: hold the slot; report to it which components you touch."""
 
     def __init__(self, slots: Slots, tasks: Tasks) -> None:
         self._slots = slots

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 AWAIT_AT_MOST = 100_000_000
-"""Nanoseconds of wall-clock time that an answer waits, unless its query says otherwise."""
+"""Nanoseconds of wall-clock time that an answer waits, unless its query has another bound."""
 
 
 @dataclass(slots=True)

@@ -13,7 +13,7 @@ class Fenced(Exception):
 def in_force(given: int | None, current: int, known: int | None = None) -> int:
     """Return the term that holds from here on; raises Fenced if the ``given`` one is former, or cannot have begun.
 
-    ``known`` is the highest term that is known to have begun, None if that cannot be told. The first term of all may
+    ``known`` is the highest term that is known to have begun, None if that is unknown. The first term of all may
     be any: the journal of earlier runs counts on.
     """
     if given is None or given < current:

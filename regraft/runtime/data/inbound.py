@@ -19,7 +19,7 @@ MAX_STREAMS = 10_000
 
 
 class Consumer(Protocol):
-    """Whatever handles the samples of a key: an input, a service, the replies to this component."""
+    """Handles the samples of a key: an input, a service, the replies to this component."""
 
     @property
     def reliable(self) -> bool:
@@ -124,7 +124,7 @@ class Inbound:
             consumer.refuse(source, f"has sequence {sequence}, but its writer has only come to {last}")
 
     def disbelieve(self, source: str, newest: int) -> None:
-        """Go back to where the streams of a source stood before a run that is newer than its ``newest``."""
+        """Return the streams of a source to their places before a run that is newer than its ``newest``."""
         for key, name in [pair for pair in self.streams if pair[1] == source]:
             stream = self.streams[key, name]
             before, consumer = stream.before(newest), self.consumer_of(key)
@@ -137,7 +137,7 @@ class Inbound:
                 consumer.refuse(source, f"came from incarnation {run}, which there is not: the newest is {newest}")
 
     def go_on(self, key: str, source: str, stream: Stream) -> None:
-        """Continue with a stream where another run of this component stood."""
+        """Continue with a stream at the place of another run of this component."""
         self._known.clear()
         self.streams[key, source] = stream
 
@@ -286,8 +286,8 @@ class Inbound:
     def told(self, read: Container[str]) -> None:
         """Take note that others know from now on which keys are read.
 
-        The next marker on a key that is read no longer, or again, begins again. A pause of which others do not know is
-        none: whoever pauses and continues while time is still has missed nothing.
+        The next marker on a key that is read no longer, or again, begins again. Pauses that the
+        coordinator has not seen do not count: no message comes while time is still.
         """
         asleep = {key for key in (*self.consumers, *self.patterns) if key not in read}
         for key in asleep ^ self._asleep:

@@ -10,7 +10,7 @@ from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.system_topics import DIAGNOSTICS, QUALITIES
 
 MAX_FAULTS = 100
-"""Faults in one acknowledgement: a handler that always raises says no more by raising again."""
+"""Faults in one acknowledgement: further ones of a handler that always raises add nothing."""
 MAX_KEPT = 1000
 """Subjects, and requirements, of which the latest is kept for a reader that comes later."""
 
@@ -28,7 +28,7 @@ class OwnNews:
         self._wanted: Container[str] = ()
 
     def forget(self) -> None:
-        """Take nothing for known: whoever is told next may know nothing of this run."""
+        """Take nothing for known: the next receiver may know nothing of this run."""
         self._state = None
         self._wanted = ()
 
@@ -52,7 +52,7 @@ class OwnNews:
                 self._new_qualities[quality.requirement] = quality
 
     def want(self, topics: Container[str]) -> None:
-        """Collect what is read from now on; what was said before, and is still so, is news to its first reader."""
+        """Collect what is read from now on; what was reported before, and is still so, is news to its first reader."""
         if DIAGNOSTICS in topics and DIAGNOSTICS not in self._wanted:
             self._new_diagnostics = list(self._diagnostics.values())
         if QUALITIES in topics and QUALITIES not in self._wanted:
@@ -60,7 +60,7 @@ class OwnNews:
         self._wanted = topics
 
     def take(self, status: ComponentStatus) -> SystemNews | None:
-        """Return what is new, None if nothing is; it counts as told from now on."""
+        """Return what is new, None if nothing is; it counts as reported from now on."""
         state = ComponentState(status.component, status.incarnation, status.state, status.failure)
         told, self._state = self._state, state
         if state == told and not (self._faults or self._new_diagnostics or self._new_qualities):

@@ -77,7 +77,7 @@ class ReplayBuffer:
 
 
 def is_held(first: First, key: str, envelope: Envelope) -> bool:
-    """Return whether whoever holds everything from ``first`` on holds this sample, or has seen this marker."""
+    """Return whether a run that holds everything from ``first`` on holds this sample, or has seen this marker."""
     place = first.get(key, {}).get(envelope.source)
     if place is None:
         return False

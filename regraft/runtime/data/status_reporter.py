@@ -60,9 +60,9 @@ class StatusReporter:
         self.next_beat = min(self.next_beat, time.monotonic() + SOON)
 
     def speak_as(self, identity: Identity, *, standby: bool = False) -> None:
-        """Speak as ``identity`` from now on, at the place of those that stand by if ``standby``.
+        """Speak as ``identity`` from now on, at the standby key if ``standby``.
 
-        A run's own numbering begins with it and is its own: what it tells is not what the run before it told.
+        The numbering is the run's own: its reports do not continue those of the run before it.
         """
         self._writers = self._voices.setdefault(identity, Writers(self._writers.bus, self._clock, identity))
         self.status = replace(self.status, incarnation=identity.incarnation)

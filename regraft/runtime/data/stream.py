@@ -29,15 +29,15 @@ class Leap:
 
 @dataclass(slots=True)
 class Stream:
-    """Where one (key, source) stands. ``handled`` is the last sequence given out, None before the first sample.
+    """The state of one (key, source). ``handled`` is the last sequence given out, None before the first sample.
 
-    ``wired`` is set by the first marker; ``marked`` is how far the last one said that the numbering had come.
+    ``wired`` is set by the first marker; ``marked`` is how far the numbering had come by the last one.
     ``waiting`` holds what has arrived but may not be given out yet. ``since`` is the first sequence of this incarnation
     that is known of, if it continues with the numbering of another.
 
     Samples of a run that is ``gone`` are dropped. A marker shows that it is back; another run is taken, too.
 
-    One sample can be false: ``leap`` and ``former`` say where the stream stood before it was believed.
+    One sample can be false: ``leap`` and ``former`` are the stream's place before it was believed.
     """
 
     epoch: int = 0
@@ -194,7 +194,7 @@ class Stream:
     def reaches(self, frontier: int) -> bool:
         """Return whether everything up to ``frontier`` is here, or cannot come any more.
 
-        That is so of what was put before a marker and is not here; of another run's data it cannot be told.
+        That is so of what was put before a marker and is not here; of another run's data it is unknown.
         """
         start = self.handled or 0
         return all(

@@ -1,4 +1,4 @@
-"""All that a system says of itself, put together from what its parts say."""
+"""All that a system publishes of itself, put together from its parts' reports."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class SystemView:
     """The present state of a system.
 
     Attributes:
-        changed: the topics that have something new to say.
+        changed: the topics with something new to publish.
     """
 
     def __init__(self) -> None:
@@ -54,7 +54,7 @@ class SystemView:
     # --- what is heard ---
 
     def take(self, news: SystemNews, stamp: float) -> None:
-        """Take what a component says of itself."""
+        """Take a component's report on itself."""
         for fault in news.faults:
             self.take_fault(fault)
         if news.state is not None:
@@ -118,15 +118,15 @@ class SystemView:
             self._hosts = now
             self.changed.add(HOSTS)
 
-    # --- what is said ---
+    # --- what is published ---
 
     def message(self, topic: str, stamp: float) -> object:
-        """Return the message of a topic; what is new in it has been said then."""
+        """Return the message of a topic; what is new in it counts as published then."""
         self.changed.discard(topic)
         return self._made[topic](stamp)
 
     def pass_over(self, topic: str) -> None:
-        """Take for said what is new on a topic that nobody reads."""
+        """Take for published what is new on a topic without readers."""
         self.changed.discard(topic)
         if topic == FAULTS:
             self._fault_news.clear()

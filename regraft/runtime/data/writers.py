@@ -29,7 +29,7 @@ class Identity:
 
 
 class _Mute:
-    """Stands in for the publishers of a run that does not speak for its component."""
+    """Replaces the publishers of a run that does not speak for its component."""
 
     matched = True
 
@@ -122,7 +122,7 @@ class Writer:
         return self._data + PLACE.pack(sequence, self._now()) + self._source
 
     def mark(self) -> None:
-        """Put a marker: it says how far the numbering has come."""
+        """Put a marker: it states how far the numbering has come."""
         self._writers.flush()
         self._declared.put(b"", self._marker + PLACE.pack(self.sequence, self._now()) + self._source)
 
@@ -178,7 +178,9 @@ class Writers:
     def __init__(
         self, bus: Bus, clock: Clock, identity: Identity, fault: Callable[[str, BaseException], None] | None = None
     ) -> None:
-        """Start without keys; ``fault`` is told the key of what could not be made as promised, and why."""
+        """Start without keys; ``fault`` is called with the key of a deferred message that could not be made, and
+        why.
+        """
         self.bus = bus
         self.clock = clock
         self.identity = identity

@@ -220,7 +220,7 @@ class Incumbent:
         return Pending(lambda: True, dict, afterwards=self.end)
 
     def end(self) -> None:
-        """End, whatever the author's methods say to it."""
+        """End, even if the author's methods raise."""
         try:
             self._lifecycle.reach(State.FINALIZED)
         except TransitionFailed:

@@ -1,7 +1,7 @@
 """Hands a live component over to its successor, another process of the same name, losing and doubling nothing.
 
 Three parties: the *incumbent*, which speaks for the component; the *successor*, a run with a higher incarnation that
-was started next to it; the adaptation manager, which says when, and carries nothing. One run speaks at a time:
+was started next to it; the adaptation manager, which decides when, and carries nothing. One run speaks at a time:
 
 1. The successor, *waiting*, asks the incumbent to ``prepare`` (nothing changes there) and configures. It subscribes to
   all that the component reads, declares all that it writes, and keeps what arrives. Its own publications, markers and
@@ -118,7 +118,7 @@ class HandoverProtocol:
         self._successor.stand_by()
 
     def end(self) -> None:
-        """End this run, whatever its role."""
+        """End this run, in any role."""
         self._incumbent.end()
 
     def leave(self) -> None:

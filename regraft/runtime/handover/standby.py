@@ -92,7 +92,7 @@ class Standby:
         self._parts.reporter.speak_as(aside, standby=True)
 
     def show(self) -> None:
-        """Have the token seen of a run that stands by."""
+        """Show the token of a standby run."""
         assignment = self._parts.assignment
         if self._token is None:
             key = self._parts.keys.standby(assignment.name, assignment.incarnation)

@@ -85,7 +85,9 @@ class Transfer:
         )
 
     def set_clock(self, now: int, tick: int | None) -> None:
-        """Live at the time of the incumbent, if this is a member of simulated time: nobody has told this run yet."""
+        """Live at the time of the incumbent, if this is a member of simulated time: this run has not received the time
+        yet.
+        """
         if self._parts.stepped and isinstance(self._parts.clock, SteppedClock):
             self._parts.clock.advance_to(now)
             self._parts.tick = tick

@@ -12,7 +12,7 @@ from regraft.runtime.core.terms import Fenced, in_force
 from regraft.runtime.parts import Parts
 
 HOST_ANSWER_TIMEOUT = 0.3
-"""Seconds that a host may take to say which term has begun: less than a heartbeat may stay away."""
+"""Seconds that a host may take to answer which term has begun: less than a heartbeat may stay away."""
 
 
 class Fence:
@@ -33,7 +33,7 @@ class Fence:
             raise ControlRefused(ControlCode.FENCED, str(error)) from None
 
     def _term_of_a_host(self) -> int | None:
-        """Return the term that a host knows: a manager tells hosts first. None if no host answers."""
+        """Return the term that a host knows: a manager notifies hosts first. None if no host answers."""
         parts = self._parts
         try:
             answers = parts.bus.query(parts.keys.host("*", "runs"), b"", HOST_ANSWER_TIMEOUT)

@@ -33,7 +33,7 @@ class Measuring:
         return max(1, round(every * 1e9)) if every is not None and self._described else None
 
     def publish(self) -> None:
-        """Measure and publish; whatever an author's ``evaluate`` does, the component works on."""
+        """Measure and publish; the component continues even if an author's ``evaluate`` raises."""
         found = self.measure()
         self._last = self._message(found)
         self._parts.reporter.measured(self._last)

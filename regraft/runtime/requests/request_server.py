@@ -212,7 +212,7 @@ class Server:
         return [goal for goal in self.goals.values() if not goal.why_ended]
 
     def feedback(self, request: Request, message: object) -> None:
-        """Tell a goal's client how it goes."""
+        """Send feedback to a goal's client."""
         self._reply(request, Answer.FEEDBACK, codec.to_plain(message))
 
     def end_goals(self, why: str) -> None:

@@ -1,4 +1,4 @@
-"""The mission's side of the system reflection (ReBeT, section IV): what topics say, on the root blackboard.
+"""The mission's side of the system reflection (ReBeT, section IV): topics' values, on the root blackboard.
 
 A tree decides on ``{@darkness}`` or ``{@battery_charge}`` without knowing their source. Each entry has its age,
 ``{@battery_charge_age}``, in seconds since the source's stamp, updated at each tick. Where the mapping has a limit,
@@ -111,7 +111,7 @@ class BlackboardFeed:
                 self._entries[own.key] = ReflectedEntry(own.key, own.read(message), port.stamp, sequence)
         reflection = self._inputs[MAPPED].latest
         for entry in reflection.entries if reflection else ():
-            # One that was restarted knows nothing at first: what is known stays, and its age tells.
+            # A restarted source knows nothing at first: the known value is kept, and its age shows that it is old.
             if entry.stamp is not None or entry.key not in self._entries:
                 self._entries[entry.key] = entry
 

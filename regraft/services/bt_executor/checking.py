@@ -58,7 +58,7 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """The finding; ``tree`` and ``nodes`` say which tree was loaded and how large it is, if it is right."""
+    """The findings; ``tree`` and ``nodes`` are the name and size of the loaded tree, if it is right."""
 
     errors: tuple[Finding, ...]
     warnings: tuple[str, ...]
@@ -67,7 +67,7 @@ class Report:
 
 
 class _Nobody:
-    """Stands for the executor's kit where nothing runs: leaves may ask for its inputs' names, and for no more."""
+    """Replaces the executor's kit where nothing runs: leaves may ask for its inputs' names, and for no more."""
 
     def __init__(self) -> None:
         self.inputs = {port.name: None for port in describe(Executor).ports if port.direction == "input"}
@@ -214,7 +214,7 @@ def _suspects(document: Element, line: int) -> list[Element]:
 
 
 def _replaced(element: Element, culprit: Element) -> Element:
-    """Return a copy in which whatever is written as the culprit is, in its line, does nothing."""
+    """Return a copy in which every element that equals the culprit, in the same line, does nothing."""
     if (element.line, element.tag, element.attributes) == (culprit.line, culprit.tag, culprit.attributes):
         nothing = Element(HARMLESS, {}, element.file, element.line)
         if element.tag != "BehaviorTree":

@@ -185,7 +185,7 @@ def check(
     as_json: JsonOption = False,
 ) -> None:
     """Load a tree without a system, and report what is wrong where."""
-    # The engine is loaded only here: every command of regraft pays for what stands at the top.
+    # The engine is loaded only here: every command of regraft pays for the imports at the top.
     from behavior_tree import TreeError
     from regraft.process.trial.trial_import import check_imports
     from regraft.services.bt_executor import checking

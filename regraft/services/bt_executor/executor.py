@@ -193,7 +193,7 @@ class Executor(Component):
         self._alarm = None
         self.tick()
 
-    # --- telling and being told ---
+    # --- status, and commands ---
 
     def _status_now(self) -> MissionStatus:
         return mission_status(self._mission, self._qualities.current(), self.kit.now())

@@ -53,8 +53,8 @@ class Mission:
         """Begin without a tree.
 
         Args:
-            tell: called with what happens.
-            hooks: called with every change of a node's status, whatever the tree is.
+            ``tell``: called with each event.
+            hooks: called with every change of a node's status, of any tree.
             exchange: called with a tree that is about to take the place of the present one, which is halted.
         """
         self.state = MissionState.EMPTY
@@ -84,7 +84,7 @@ class Mission:
         """Have another tree take over from the present one, as if it had been started, or paused at its root.
 
         The old tree is halted, which cancels its goals. The entries of its root blackboard that have a value are
-        carried over; those that do not fit the new tree's types are told, and stay as the new tree has them.
+        carried over; those that do not fit the new tree's types are reported, and keep the new tree's value.
 
         Raises:
             Illegal: no tree is running or paused.

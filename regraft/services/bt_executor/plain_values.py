@@ -32,7 +32,7 @@ def shown(value: Any, depth: int = 0) -> PlainValue:
 
 
 def shown_text(text: str) -> str:
-    """Return text as it can be told: not too long, and such that it can be encoded."""
+    """Return text as it can be published: not too long, and such that it can be encoded."""
     return text[:MAX_TEXT_LENGTH].encode("utf-8", "replace").decode()
 
 

@@ -12,7 +12,7 @@ LIMITS = Limits(xml=250_000, nodes=10_000, characters=250_000)
 MAX_TEXT_LENGTH = 10_000
 """Characters of one path or port."""
 MAX_TEXTS = 4_000_000
-"""Characters of all paths and ports together: the mission's status tells them each second."""
+"""Characters of all paths and ports together: the mission's status publishes them each second."""
 
 
 class Unloadable(Exception):

@@ -16,7 +16,7 @@ STATUSES: Final = tuple(NodeStatus(name.lower()) for name in STATUS_NAMES)
 
 
 class Structure:
-    """A tree's nodes and what tells them from another tree's.
+    """A tree's nodes, and a digest that distinguishes them from another tree's.
 
     Attributes:
         digest: Equal for equal trees: of all nodes' types, names, paths, parents and ports.

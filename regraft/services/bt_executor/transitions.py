@@ -10,7 +10,7 @@ from regraft.services.bt_executor.mission import Mission
 from regraft.services.bt_executor.structure import STATUSES
 
 MAX_AT_ONCE: Final = 5000
-"""Changes that one message tells; an endless loop of leaves that complete at once makes any number in a tick."""
+"""Changes in one message; an endless loop of leaves that complete at once makes any number in a tick."""
 
 
 class TransitionLog:

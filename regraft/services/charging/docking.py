@@ -98,7 +98,7 @@ class Docking(Component):
     def evaluate(self) -> dict[str, float]:
         """Return whether the robot is on the dock (1 or 0), how often that was approached, and the ``net_power`` (W).
 
-        That is what gets into the battery now; it is only told on the dock.
+        That is what gets into the battery now; it is reported on the dock only.
         """
         counted = {"docked": float(self._is_connected()), "approaches": float(self._approaches)}
         battery, charger = self.battery.latest, self.charger.latest
@@ -142,7 +142,7 @@ class Docking(Component):
                 except ChargingFailed as error:
                     if phase == "driving":
                         raise
-                    # Somewhere around the dock there may be no room: that says nothing about the other places.
+                    # One place around the dock may have no room while the other places have.
                     why = f"; {error}"
                     continue
                 if not await self._feels_charger():
@@ -181,7 +181,7 @@ class Docking(Component):
             raise ChargingFailed(f"did not get to the dock: {arrival.reason or 'no reason given'}")
 
     async def _feels_charger(self) -> bool:
-        """Wait for the charger to say that it is connected; raises ChargingFailed if it says nothing at all."""
+        """Wait for the charger to report that it is connected; raises ChargingFailed if it reports nothing at all."""
         arrived = self.kit.now()
         while self.kit.now() < arrived + self.felt_within:
             await self.kit.sleep(LOOK_INTERVAL)

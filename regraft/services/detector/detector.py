@@ -16,7 +16,7 @@ NEAR_ENOUGH = 0.08
 
 
 class Detector(HydrantDetector):
-    """Looks for a fire hydrant in pictures when asked, and tells where it stands: quick, but it wants light.
+    """Looks for a fire hydrant in pictures when asked, and reports where it is: quick, but it wants light.
 
     It takes red areas for hydrants that have a hydrant's outline. Each on-board picture takes 59.275 J.
     """

@@ -40,7 +40,7 @@ class NoPictureError(Exception):
 
 
 class HydrantDetector(Component):
-    """Looks for a fire hydrant in pictures when asked, and tells where it stands.
+    """Looks for a fire hydrant in pictures when asked, and reports where it is.
 
     Each picture from the on-board camera takes energy from the robot's battery; pictures of a camera that does not
     ride on the robot take nothing of it. Places are given in the map, for which the robot's pose at the time of the
@@ -159,7 +159,7 @@ class HydrantDetector(Component):
             expiry.cancel()
 
     def _look(self, image: Image, before: Image | None) -> tuple[Detections, bool]:
-        """Look at a picture, once, whoever has asked for it; also return whether it was of use."""
+        """Look at a picture, once for all requests; also return whether it was of use."""
         if self._seen is not None and self._seen[0] is image:
             return self._seen[1], self._seen[2]
         fault = fault_of(image, before)

@@ -28,7 +28,7 @@ class Location:
 
 
 def locate(sightings: Sequence[Detection]) -> Location | None:
-    """Return where the sightings say it is, None without any.
+    """Return where it is by the sightings, None without any.
 
     It is the median of each coordinate, weighted by confidence / distance: a far sighting errs more, and one that is
     wrong altogether counts for one. Only sightings in one frame can be compared: those in the map, if there are any.

@@ -37,7 +37,7 @@ class OutlineFinder:
         return tuple(sorted((*whole, *self._too_near(pixels, view)), key=lambda found: -found.likeness))
 
     def _too_near(self, pixels: Picture, view: View) -> Iterator[Found]:
-        """Yield the best that reaches beyond the upper edge: where its foot stands tells how far away it is."""
+        """Yield the best that reaches beyond the upper edge: the place of its foot shows how far away it is."""
         best: Found | None = None
         for mask in red_masks(pixels, self.thresholds):
             for blob, left, top in blobs(mask, self.thresholds):

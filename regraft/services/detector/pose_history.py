@@ -35,7 +35,7 @@ class PoseHistory:
     def at(self, stamp: float) -> Pose | None:
         """Return the pose at a time (s): between two messages on the line, a little after the last by its speed.
 
-        None if no message is near enough to tell.
+        None if no message is near enough.
         """
         after = bisect_left(self._known, stamp, key=lambda message: message.stamp)
         if after == len(self._known):

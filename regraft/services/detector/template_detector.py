@@ -13,7 +13,7 @@ from regraft.services.power_model import PICTURE_ENERGY
 
 
 class TemplateDetector(HydrantDetector):
-    """Looks for a fire hydrant in pictures when asked, and tells where it stands: good in the dark, but dearer.
+    """Looks for a fire hydrant in pictures when asked, and reports where it is: good in the dark, but dearer.
 
     It compares every place on the floor where a hydrant could stand with a template of one. That takes more than twice
     the computing time, for which an on-board picture takes half as much energy again.

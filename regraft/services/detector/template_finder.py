@@ -18,7 +18,7 @@ from regraft.services.detector.view import View
 Floats = NDArray[np.float32]
 
 ROWS = 24
-"""How many rows a hydrant is scaled to: enough to tell its parts, few enough to average noise away."""
+"""How many rows a hydrant is scaled to: enough to distinguish its parts, few enough to average noise away."""
 MARGIN = 4
 """Rows above and below, and columns aside, of the template that must not be red."""
 NEAREST = 0.35
@@ -34,7 +34,7 @@ EVEN = 0.45
 FAR = 2.0
 """m, up to which the contrast that is wanted grows with the distance: a smaller picture proves less."""
 MOST = 3
-"""How many places of a picture are told at the most."""
+"""How many places of a picture are returned at the most."""
 
 
 @dataclass(frozen=True, slots=True)

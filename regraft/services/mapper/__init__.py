@@ -1,1 +1,1 @@
-"""Maps the ground while the robot drives, and tells where in the map it is."""
+"""Maps the ground while the robot drives, and publishes where in the map it is."""

@@ -31,7 +31,7 @@ REPEAT_MAP = 3.0
 class MappingComponent(Component):
     """Publishes a map of what the lidar sees, and the robot's place in it.
 
-    The ``map`` frame is where the odometry's frame is at the start. Subclasses say how the odometry is corrected.
+    The ``map`` frame is where the odometry's frame is at the start. Subclasses implement how the odometry is corrected.
     """
 
     state_version = 1
@@ -80,7 +80,7 @@ class MappingComponent(Component):
         self._late = False
 
     def on_activate(self) -> None:
-        """Sensors are silent from now on at the earliest; whoever listens gets the map again."""
+        """Sensors count as silent from now at the earliest; subscribers get the map again."""
         self._since = self.kit.now()
         self._published = None
 

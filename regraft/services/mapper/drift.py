@@ -1,4 +1,4 @@
-"""How far the odometry has come to differ from what the scans say."""
+"""How far the odometry has come to differ from the scans."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ class FitWatch:
         self._searching = False
 
     def look(self) -> None:
-        """Judge what the localizer said of the last scan."""
+        """Judge the localizer's result for the last scan."""
         localizer, fix, now = self._mapping.localizer, self._mapping.fix, self._kit.now()
         ratio = fix.match.ratio if fix and fix.match else 1.0
         if localizer.lost:

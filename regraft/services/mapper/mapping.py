@@ -42,10 +42,10 @@ class Mapping:
     Deterministic: equal calls give equal results.
 
     Attributes:
-        localizer: says where the robot was at a scan.
+        localizer: estimates where the robot was at a scan.
         drift: what the localizer corrected lately.
         fits: whether everything that was seen lay within the largest grid.
-        fix: what the localizer said of the last scan.
+        fix: the localizer's result for the last scan.
         updating: whether scans are written into the map.
         frozen: whether the last scan repeats the one before, to the last digit, though the robot moved.
     """
@@ -132,7 +132,9 @@ class Mapping:
         return True
 
     def _repeats(self, scan: Scan, odometry: Pose2D) -> bool:
-        """Return whether a scan is the same as the one before: it says nothing, and a lie if the robot moved."""
+        """Return whether a scan is the same as the previous one: it has no information, and is wrong if the robot
+        moved.
+        """
         last, self._last_scan = self._last_scan, (scan, odometry)
         if last is None or not np.array_equal(last[0].ranges, scan.ranges):
             self.frozen = False

@@ -18,7 +18,7 @@ class Diagnose(Protocol):
 
 
 class Troubles:
-    """Keeps what is wrong with each subject, so that it is not told with every message."""
+    """Keeps what is wrong with each subject, so that it is not reported with every message."""
 
     def __init__(self, diagnose: Diagnose) -> None:
         self._diagnose = diagnose

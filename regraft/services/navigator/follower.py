@@ -33,7 +33,7 @@ class Tolerances:
     """When a goal counts as reached, and how long to put up with what.
 
     `position` (m) and `yaw` (rad) around where the robot drives; `goal` (m): how far from a goal at which
-    the robot can't stand it may be sent instead; `replan` (s) between plans; a scan older than `scan` (s)
+    the robot cannot be, it may be sent instead; `replan` (s) between plans; a scan older than `scan` (s)
     stops the robot, and one older than `blind` (s) fails the drive.
     """
 
@@ -49,7 +49,7 @@ class Command:
     """The present action: the twist to command (m/s, rad/s), and the state of the drive.
 
     `distance_left` (m) along the path and `time_left` (s) are estimates. `recoveries` counts since the
-    start of the drive. `reason` says why, where `phase` is `failed`. `faults` are what is wrong now.
+    start of the drive. `reason` states why `phase` is `failed`. `faults` are what is wrong now.
     """
 
     v: float
@@ -85,7 +85,7 @@ class Follower:
         controller: Controller | None = None,
         tolerances: Tolerances | None = None,
     ) -> None:
-        """Stand ready on one map; give a goal with `start`."""
+        """Wait on one map; give a goal with `start`."""
         self.limits = limits
         self._planner = planner
         self._controller = controller or RolloutController()
@@ -206,7 +206,7 @@ class Follower:
         self._motion.reset()
 
     def _perceive(self, time: float, stamp: float, pose: Pose2D, twist: Twist2D, scan: Scan | None) -> Fault | None:
-        """Take in what the senses tell; return what is wrong with them, in which case the robot can't drive."""
+        """Take in what the sensors report; return their fault, with which the robot cannot drive."""
         since = -math.inf if self._started_at is None else self._started_at
         self._stamp = stamp
         if scan is not None and self._scans.is_new(scan):

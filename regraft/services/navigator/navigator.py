@@ -199,7 +199,7 @@ class Navigator(Component):
 
     def _tell(self) -> None:
         now = self._command
-        # A robot that may not drive has no idea when it will arrive, which no finite number says.
+        # The time left is infinite for a robot that may not drive; a message takes finite numbers only.
         time_left = min(now.time_left, 1e6)
         self.kit.feedback(NavigationProgress(now.distance_left, time_left, now.phase, now.recoveries))
 
@@ -210,7 +210,7 @@ class Navigator(Component):
         if self._goal is None:
             self._stop()
             if self._faults:
-                self._update()  # so that it is told when they are over
+                self._update()  # so that their end is reported
         elif self._update():
             self._moving = True
             self.velocity.publish(geometry.Twist.planar(self._command.v, self._command.w))
@@ -297,7 +297,7 @@ class Navigator(Component):
         self._stop()
 
     def snapshot(self) -> PlainValue:
-        """Return how the drive stands and which obstacles are remembered."""
+        """Return the state of the drive and the remembered obstacles."""
         return self._restored if self._follower is None else self._follower.snapshot()
 
     def restore(self, state: PlainValue) -> None:

@@ -48,7 +48,7 @@ class Caution:
         return 1.0 - (self.near if near is None else near) * fast
 
 
-# Measured on FROG's goals in six rooms, at 0.18, 0.22 and 0.26 m/s (tests/evidence/test_navigator.py).
+# Measured on FROG's goals in six rooms, at 0.18, 0.22 and 0.26 m/s (tests/evidence/sensing/test_navigator.py).
 ROLLOUTS = Caution(near=0.08, full=0.77)
 PURSUIT = Caution(near=0.08, full=0.08)
 

@@ -53,7 +53,7 @@ class Obstacles(Component):
         self._told_at = -math.inf
 
     def on_activate(self) -> None:
-        """Look at the map again, and tell."""
+        """Look at the map again, and publish the goals."""
         self._known_map = None
 
     def on_parameters(self, changed: frozenset[str]) -> None:

@@ -31,7 +31,7 @@ class RenderState:
 
     `qpos` are MuJoCo's generalised positions (float64). `light` is the level of the lamps between 0 and 1. `step` is
     the number of physics steps, which seeds the sensor's noise. `colours` are those of geoms that shine, by the geoms'
-    numbers; all others look as the world file says.
+    numbers; all others look as in the world file.
     """
 
     qpos: npt.NDArray[np.float64]
@@ -57,7 +57,7 @@ class CameraSettings:
     """Which camera of the world to render, and how.
 
     `width` and `height` (pixels) default to the camera's resolution in the MJCF. With `always_lit` the camera
-    sees full light whatever the level of the lamps.
+    sees full light at any level of the lamps.
     """
 
     name: str

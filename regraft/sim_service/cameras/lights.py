@@ -49,7 +49,7 @@ class Lighting:
 
 
 def is_directional(model: mujoco.MjModel, lamp: int) -> bool:
-    """Tell whether a lamp shines everywhere from one direction, as the sun does."""
+    """Return whether a lamp shines everywhere from one direction, as the sun does."""
     return int(model.light_type[lamp]) == int(mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
 
 
@@ -58,7 +58,7 @@ def lamp_share(
 ) -> Brightness:
     """Return the share (n) of a lamp's diffuse light that reaches points (n, 3; m, world frame) without shadows.
 
-    It depends on the angle to the surface's normal. As the MJCF says, distance and the angle to a spot's axis count.
+    It depends on the angle to the surface's normal. By the MJCF's rules, distance and the angle to a spot's axis count.
     """
     direction = data.light_xdir[lamp].astype(np.float32)
     if is_directional(model, lamp):

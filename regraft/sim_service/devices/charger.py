@@ -8,7 +8,9 @@ from regraft.sim_service.devices.core.sensor import Sensor
 
 
 class Charger(Sensor):
-    """Says whether the robot stands on the dock of the world, and what the dock gives. A world may have none."""
+    """Reports whether the robot stands on the dock of the world, and the power that the dock gives. A world may have
+    none.
+    """
 
     measures = "charger"
 

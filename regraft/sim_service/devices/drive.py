@@ -38,7 +38,7 @@ class DifferentialDrive(Device):
         joints = [kit.index("joint", wheel) for wheel in wheels]
         self._actuators = [kit.index("actuator", wheel) for wheel in wheels]
         self.angle_addresses = tuple(int(model.jnt_qposadr[joint]) for joint in joints)
-        """Where the wheels' angles (rad; left, right) stand in qpos."""
+        """The indices of the wheels' angles (rad; left, right) in qpos."""
         self.wheel_radius = _wheel_radius(kit, wheels, joints)
         left, right = (int(model.jnt_bodyid[joint]) for joint in joints)
         self.track = float(model.body_pos[left][1] - model.body_pos[right][1])

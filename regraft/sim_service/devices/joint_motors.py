@@ -17,7 +17,7 @@ from regraft.sim_service.layout.scene import SceneError
 class JointMotors(Sensor):
     """Moves joints as commanded, and measures how they are.
 
-    The MJCF says what an actuator is commanded in: ``position``, ``velocity`` or ``motor`` (torque). Positions hold
+    The MJCF defines what an actuator is commanded in: ``position``, ``velocity`` or ``motor`` (torque). Positions hold
     until the next command, at first those of the start; velocities and torques end after ``timeout``. Positions come in
     the steps of an encoder: 4096 a turn, as in a Dynamixel XM430-W350 (ROBOTIS e-Manual). The noise of velocities and
     torques is an assumption.

@@ -19,10 +19,10 @@ FAR = 1000.0
 class LightSensor(Sensor):
     """Measures the illuminance of its MJCF site, which faces along its x axis.
 
-    Lamps count by angle and distance as the MJCF says, so that cameras and sensor see one world. A lamp does not count
+    Lamps count by angle and distance as in the MJCF, so that cameras and sensor see one world. A lamp does not count
     where a body is between; its own robot and what carries the lamp hide nothing. The headlight counts by its ambient
-    part, which stands for light from everywhere. The world's light level dims all. MJCF has no unit of light:
-    ``scale`` says what intensity 1 is. Its default of 500 lx is what EN 12464-1 requires at desks. Range and
+    part, which models light from everywhere. The world's light level dims all. MJCF has no unit of light:
+    ``scale`` is what intensity 1 means. Its default of 500 lx is what EN 12464-1 requires at desks. Range and
     resolution are those of a BH1750FVI (ROHM datasheet: 1 to 65535 lx in steps of 1 lx); the noise is an assumption.
     """
 

@@ -75,7 +75,7 @@ class WheelOdometry(Sensor):
     drift_scale = Parameter(0.1, "share that a drift adds to the way", minimum=-1.0, maximum=1.0)
 
     def build(self) -> None:
-        """Begin at the start pose (map frame) or at zero, with the wheels as they stand; raises SceneError."""
+        """Begin at the start pose (map frame) or at zero, with the wheels' present angles; raises SceneError."""
         drive = self.kit.siblings.get(self.drive)
         if not isinstance(drive, DifferentialDrive):
             raise SceneError(f"{self.kit.name}: there is no differential drive {self.drive!r} before it in its robot")

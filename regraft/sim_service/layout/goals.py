@@ -115,7 +115,7 @@ class _Search:
         return farthest
 
     def _sight(self, pose: Pose2D, standoff: float, cells: npt.NDArray[np.bool_]) -> bool:
-        """Tell whether nothing but the object itself stands ahead of the pose, up to the object's outline."""
+        """Return whether nothing but the object itself stands ahead of the pose, up to the object's outline."""
         step = self._map.resolution / 2.0
         cosine, sine = math.cos(pose.yaw), math.sin(pose.yaw)
         for offset in SIGHT_OFFSETS:

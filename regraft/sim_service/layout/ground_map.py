@@ -36,7 +36,7 @@ class GroundMap:
         return math.floor((y - self.origin[1]) / self.resolution), column
 
     def is_free(self, x: float, y: float) -> bool:
-        """Tell whether the cell at a point (m, map frame) lies in the grid and is free."""
+        """Return whether the cell at a point (m, map frame) lies in the grid and is free."""
         row, column = self.cell(x, y)
         rows, columns = self.occupancy.shape
         return 0 <= row < rows and 0 <= column < columns and bool(self.occupancy[row, column] == FREE)

@@ -1,4 +1,4 @@
-"""Telling whether two processes look at the same world."""
+"""A hash that shows whether two processes look at the same world."""
 
 import hashlib
 

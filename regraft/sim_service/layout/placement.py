@@ -29,7 +29,7 @@ class PlacementError(RuntimeError):
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """Ground poses (map frame) of the placed bodies, by name; all others stay as the world file says."""
+    """Ground poses (map frame) of the placed bodies, by name; all others stay as in the world file."""
 
     poses: Mapping[str, Pose2D]
 
@@ -116,7 +116,7 @@ class _Draw:
         )
 
     def _all_seen(self, rule: PlacementRule, pose: Pose2D) -> bool:
-        """Tell whether the cameras see this body and still see all bodies placed before it."""
+        """Return whether the cameras see this body and still see all bodies placed before it."""
         _move(self._scene, self._model, self._data.qpos, rule.body, pose)
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_camlight(self._model, self._data)

@@ -1,7 +1,7 @@
 """Random numbers that depend on the seed, the purpose and the moment, and on nothing else.
 
 A sensor's noise is drawn from a generator made for that tick. Reading a sensor twice, or never, therefore
-changes no other number, and a checkpoint needs no generator states: the seed and the time say everything.
+changes no other number, and a checkpoint needs no generator states: the seed and the time determine everything.
 """
 
 import zlib

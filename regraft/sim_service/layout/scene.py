@@ -80,7 +80,7 @@ class Scene:
         return int(self.model.jnt_qposadr[self._free_joint(body)])
 
     def is_static(self, body: int) -> bool:
-        """Tell whether the body is fixed to the world."""
+        """Return whether the body is fixed to the world."""
         return int(self.model.body_weldid[body]) == 0
 
     def subtree(self, body: int) -> list[int]:

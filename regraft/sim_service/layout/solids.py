@@ -12,7 +12,7 @@ GEOM = mujoco.mjtGeom
 def inside(
     scene: Scene, shape: int, size: npt.NDArray[np.float64], points: npt.NDArray[np.float64]
 ) -> npt.NDArray[np.bool_]:
-    """Tell for each point (..., 3; m, in the geom's own frame) whether a geom of this shape and size contains
+    """Return for each point (..., 3; m, in the geom's own frame) whether a geom of this shape and size contains
     it.
 
     Raises:

@@ -14,7 +14,7 @@ Floats = npt.NDArray[np.float64]
 
 
 def sees_body(scene: Scene, model: mujoco.MjModel, data: mujoco.MjData, camera: str, body: str) -> bool:
-    """Tell whether all of the body is inside the camera's image, and no other body hides a geom of it.
+    """Return whether all of the body is inside the camera's image, and no other body hides a geom of it.
 
     Needs the positions of `data` to be up to date (`mj_kinematics`, `mj_camlight`). A geom counts as hidden
     if the straight line from the camera to its centre meets another body first.

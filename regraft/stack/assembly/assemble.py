@@ -23,7 +23,7 @@ ASSEMBLED = (INCLUDE, WORLD, ROBOT, ROBOTS)
 
 @dataclass(frozen=True, slots=True)
 class Assembly:
-    """A stack's document with a report that knows where its fields stand, and the folders of its files.
+    """A stack's document, a report that knows the lines of its fields, and the folders of its files.
 
     ``robots`` are the parameters of each robot by its name, which is empty for the single one. ``references`` has the
     values of ``$world``, ``$robots`` and all else, by robot; the empty name is the stack itself.
@@ -37,7 +37,7 @@ class Assembly:
 
 
 def assemble(file: Path) -> Assembly:
-    """Return what a stack file and all that it names say together.
+    """Return a stack file with all the files that it names, as one.
 
     Raises:
         StackError: with everything that is wrong so far, each with file, line and field.
@@ -72,14 +72,14 @@ def _merged(patches: list[Node], robots: Robots, report: Report) -> Node:
         patch = Node(fields, patch.location)
         document = patch if document is None else merge(document, patch, report)
     assert document is not None
-    # Fields stand where the stack file begins, if nowhere else: it is the last of its files.
+    # The stack file is the last of the files: fields without a line of their own get its first.
     return Node(document.value, patches[-1].location)
 
 
 def _expanded(
     document: Node, robots: Robots, files: IncludedFiles, report: Report
 ) -> tuple[dict[str, Node], dict[str, Node], list[Robot]]:
-    """Return the fields of a stack with those of its robots, what references stand for, and the robots."""
+    """Return the fields of a stack with those of its robots, the values of references, and the robots."""
     assert isinstance(document.value, dict)
     fields = dict(document.value)
     known: dict[str, Node] = {}
@@ -153,6 +153,6 @@ class _Combination:
 
 
 def plain_document(file: Path) -> dict[str, PlainValue]:
-    """Return what a stack file and all that it names say together, as plain data; raises StackError."""
+    """Return a stack file with all the files that it names, as plain data; raises StackError."""
     found: dict[str, PlainValue] = plain(assemble(file).document)
     return found

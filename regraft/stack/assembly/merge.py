@@ -30,9 +30,9 @@ FIELD = Kind("field")
 
 
 def merge(base: Node, over: Node, report: Report, at: str = "", *, fixed: tuple[str, ...] = ()) -> Node:
-    """Return ``base`` with what ``over`` says, at the dotted path ``at``.
+    """Return ``base`` with the values of ``over``, at the dotted path ``at``.
 
-    Whatever changes or removes something that is not there is noted and left out. The sections ``fixed`` get no new
+    A change or removal of something that is not there is noted and left out. The sections ``fixed`` get no new
     entries.
     """
     return _Merge(report, at, fixed).merged(base, over, ())
@@ -68,7 +68,7 @@ class _Merge:
         return Node(parts, base.location)
 
     def _problem(self, part: Node, path: tuple[str, ...], known: dict[str, Node]) -> str:
-        """Say why an entry that the base lacks cannot be new; empty if it can."""
+        """Return why an entry that the base lacks cannot be new; empty if it can."""
         kind = KINDS.get(path[0], FIELD) if _is_entry(path) else FIELD
         if part.value is None:
             return f"there is no {kind.name} {path[-1]!r} to remove"

@@ -32,7 +32,7 @@ def replaced(value: PlainValue, known: Mapping[str, PlainValue]) -> PlainValue:
 
 @dataclass(slots=True)
 class References:
-    """The values that references in one robot, or in the stack itself, stand for.
+    """The values of references in one robot, or in the stack itself.
 
     ``known`` are final; ``given`` are parameters, which may refer to each other. ``at`` is the dotted path around all.
     """
@@ -45,7 +45,7 @@ class References:
     _size: int = 0
 
     def resolved(self, node: Node, path: str) -> Node:
-        """Return a value without references; those that stand for nothing are noted, and stay.
+        """Return a value without references; those without a value are noted, and stay.
 
         A value keeps the location where it was written, if it was. Raises StackError if all grows too large.
         """

@@ -1,4 +1,4 @@
-"""The robots of a stack: what their files say, and what the stack makes of it for each use."""
+"""The robots of a stack: their files, and what the stack makes of them for each use."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from regraft.stack.yaml.problems import Report, StackError
 ROBOT, ROBOTS = "robot", "robots"
 ROBOT_FILE = "robot.yaml"
 PLACES = ("place", "region")
-"""Where a robot stands, or where its place is drawn: the use of a robot says so."""
+"""Where a robot stands, or where its place is drawn: fields of the use of a robot."""
 PASSED_ON = ("base", "radius")
 """Fields of a robot that only worlds know."""
 FIELDS = ("model", *PASSED_ON, "parameters", "devices", "topics", "components", "constraints", "modes", "rules")

@@ -9,10 +9,14 @@ from functools import partial
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.architecture import ConstraintKind
 from regraft.bus_schema.model.expressions import Expression
+from regraft.bus_schema.model.modes.mode_conditions import OF_PARTS, REQUIREMENTS
+from regraft.bus_schema.model.modes.mode_parts import SYSTEM, part_of
 from regraft.bus_schema.model.robots.scopes import component_in_scope, in_scope
 from regraft.stack.yaml.nodes import Node
 
 Rename = Callable[[str], str]
+MODE_FIELDS = tuple(kind.value for kind in OF_PARTS)
+"""The fields of a part, in conditions, whose values are names of modes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,18 +53,28 @@ def scoped_constraints(scope: str, fields: Mapping[str, Node]) -> tuple[Node, ..
 def _scoping(scope: str, fields: Mapping[str, Node]) -> _Scoping:
     component = partial(component_in_scope, scope)
     own = set(_map(fields.get("components")))
+    parts = set(map(part_of, _map(fields.get("modes"))))
 
     def reference(path: str) -> str:
         return component(path) if path.partition(".")[0] in own else path
 
-    return _Scoping(component, partial(in_scope, scope), reference)
+    def condition(path: str) -> str:
+        owner, _, field = path.rpartition(".")
+        if field in MODE_FIELDS and owner in (SYSTEM, *parts):
+            return component(path)
+        if path.startswith(f"{REQUIREMENTS}.") and REQUIREMENTS not in own:
+            return f"{REQUIREMENTS}.{component(path.removeprefix(f'{REQUIREMENTS}.'))}"
+        return reference(path)
+
+    return _Scoping(component, partial(in_scope, scope), reference, condition)
 
 
 class _Scoping:
-    def __init__(self, component: Rename, name: Rename, reference: Rename) -> None:
+    def __init__(self, component: Rename, name: Rename, reference: Rename, condition: Rename) -> None:
         self._component = component
         self._name = name
         self._reference = reference
+        self._condition = condition
 
     def component(self, node: Node) -> Node:
         ways = {"connect": self._names, "services": self._names}
@@ -96,12 +110,12 @@ class _Scoping:
         )
 
     def rule(self, node: Node) -> Node:
-        """Return a rule; its condition names the robot's own components without its scope."""
+        """Return a rule; its condition names the robot's own components, modes and requirements without its scope."""
         modes = partial(_text, rename=self._name)
         ways = {
             "mode": modes,
             "from": partial(_one_or_items, way=modes),
-            "when": partial(_text, rename=self._expression),
+            "when": partial(_text, rename=self._when),
         }
         return _fields(node, ways)
 
@@ -112,10 +126,19 @@ class _Scoping:
         """Return a topic that a change adds or removes: a map, or its name."""
         return _fields(_text(node, self._name), {"name": partial(_text, rename=self._name)})
 
+    def _when(self, condition: str) -> str:
+        def mode(name: str, compared: str) -> str:
+            return self._name(compared) if compared and name.rpartition(".")[2] in MODE_FIELDS else compared
+
+        try:
+            return Expression(condition).renamed(self._condition, mode)
+        except BadMessage:  # the section of the rules says so
+            return condition
+
     def _expression(self, expression: str) -> str:
         try:
             return Expression(expression).renamed(self._reference)
-        except BadMessage:  # the section of the constraints says so
+        except BadMessage:  # the section of the constraints reports it
             return expression
 
 

@@ -13,7 +13,7 @@ from regraft.stack.yaml.section import Section
 
 KINDS = {kind.value: kind for kind in ConstraintKind}
 NOTHING = Constraint(ConstraintKind.PROVIDED)
-"""Asks for nothing: stands for one that cannot be read, so that the others are told of by their places in the file."""
+"""Asks for nothing: replaces one that cannot be read, so that the others keep their places in the list."""
 
 
 def read_constraints(root: Section, components: Collection[str]) -> tuple[Constraint, ...]:

@@ -25,7 +25,7 @@ def read_limits(section: Section) -> Limits:
     files = None if node is None else inner.integer("files", 32, 1, 2**31)
     limits = Limits(read_memory(inner, "memory"), files, inner.number("handler_timeout"))
     try:
-        # The bounds stand where the limits are defined, and are checked where they are packed.
+        # The bounds are part of the limits' definition, and are checked where they are packed.
         return from_plain(to_plain(limits), Limits)
     except BadMessage as error:
         inner.wrong(".".join(error.where), error.why)

@@ -1,4 +1,4 @@
-"""Reads components that are any program (``command``): what they say of themselves, the stack file says."""
+"""Reads components that are any program (``command``): the stack file describes them."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ def read_restart(section: Section) -> RestartPolicy:
 
 
 def _within_bounds(section: Section, policy: RestartPolicy) -> RestartPolicy:
-    # The bounds stand where the policy is defined, and are checked where it is packed.
+    # The bounds are part of the policy's definition, and are checked where it is packed.
     try:
         return from_plain(to_plain(policy), RestartPolicy)
     except BadMessage as error:

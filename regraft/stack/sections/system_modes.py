@@ -1,8 +1,8 @@
 """Reads the modes files of ROS 2's system_modes (micro-ROS/system_modes) as they are.
 
-A *node* is a component; its modes are sets of parameters. A *system* has parts, nodes or other systems; its modes say
-in which state and mode each part is. Every mode becomes one of ours, named ``PART.MODE``. Parts that a mode leaves out
-come from ``__DEFAULT__``. ``parts`` says nothing that the default mode does not, and is read over. ``rules`` become
+A *node* is a component; its modes are sets of parameters. A *system* has parts, nodes or other systems; its modes
+have the state and mode of each part. Every mode becomes one of ours, named ``PART.MODE``. Parts that a mode leaves out
+come from ``__DEFAULT__``. ``parts`` has nothing that the default mode has not, and is ignored. ``rules`` become
 rules of the stack, for the planner that enforces them.
 """
 
@@ -40,7 +40,7 @@ def read_system_modes(file: Path, components: Collection[str]) -> dict[str, Plai
 
 
 def read_system_modes_file(file: Path, components: Collection[str]) -> SystemModesFile:
-    """Return all that a file says; its nodes are ``components``. Raises StackError."""
+    """Return the content of a file; its nodes are ``components``. Raises StackError."""
     document, report = read_document(file)
     reader = _Reader(report, components)
     assert isinstance(document.value, dict)

@@ -1,4 +1,4 @@
-"""Reads a YAML file into nodes, whatever the file holds; anything that cannot be read is a StackError."""
+"""Reads a YAML file of any content into nodes; anything that cannot be read is a StackError."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PLAIN_TAGS = frozenset(f"tag:yaml.org,2002:{kind}" for kind in ("str", "seq", "m
 
 
 def read_document(file: Path) -> tuple[Node, Report]:
-    """Return the map that a file holds, and a report that knows where its fields stand; raises StackError."""
+    """Return the map that a file holds, and a report that knows the lines of its fields; raises StackError."""
     document = read_map(file)
     return document, Report(str(file), locations_of(document))
 
@@ -37,7 +37,7 @@ def read_map(file: Path, fields: str = "fields such as 'system' and 'components'
 
 
 def parse(text: str, file: str) -> Node:
-    """Return what YAML text means; ``file`` is what its problems are said to be in; raises StackError."""
+    """Return what YAML text means; problems name ``file``; raises StackError."""
     try:
         root = yaml.compose(text, Loader=yaml.BaseLoader)
     except yaml.reader.ReaderError as error:
@@ -91,7 +91,7 @@ def _fail_at(error: yaml.MarkedYAMLError, text: str, file: str) -> None:
 
 
 def _known_cause(text: str, mark: yaml.Mark) -> str | None:
-    """Say what is wrong where YAML's own words mislead, None elsewhere."""
+    """Return what is wrong where YAML's own words mislead, None elsewhere."""
     line = text[: mark.index].rpartition("\n")[2]
     if text[mark.index : mark.index + 1] == "\t":
         before = line.split()
@@ -107,7 +107,7 @@ def _known_cause(text: str, mark: yaml.Mark) -> str | None:
 
 @dataclass(slots=True)
 class _Conversion:
-    """Turns YAML's nodes into ours; what aliases stand for counts each time, so that no file can swell."""
+    """Turns YAML's nodes into ours; the target of an alias counts each time, so that no file can swell."""
 
     file: str
     report: Report = field(init=False)
@@ -152,6 +152,6 @@ class _Conversion:
                 first = found[key.value].location.line
                 self.report.add_at(location, here, f"is given twice, first in line {first}: leave one out")
                 continue
-            # A field is looked for where its key stands, not where its value begins.
+            # A field's line is that of its key, not that where its value begins.
             found[key.value] = Node(self.node(value, here, depth + 1).value, location)
         return found

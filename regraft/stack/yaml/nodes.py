@@ -1,6 +1,6 @@
-"""Values of YAML files that still know where they stand.
+"""Values of YAML files, with their lines.
 
-Unquoted scalars mean what YAML 1.2's core schema says: ``yes``, ``on`` and ``12:30`` are texts, ``1e-3`` is a
+Unquoted scalars have their meaning in YAML 1.2's core schema: ``yes``, ``on`` and ``12:30`` are texts, ``1e-3`` is a
 number.
 """
 
@@ -31,7 +31,7 @@ MAX_SHOWN_LENGTH = 40
 
 
 class NumberTooLarge(ValueError):
-    """A scalar is a number beyond what a float can be; the text says so."""
+    """A scalar is a number beyond what a float can be; the text states it."""
 
     def __init__(self, text: str) -> None:
         shown = text if len(text) <= MAX_SHOWN_LENGTH else f"{text[:MAX_SHOWN_LENGTH]}... ({len(text)} characters)"
@@ -39,7 +39,7 @@ class NumberTooLarge(ValueError):
 
 
 class Location(NamedTuple):
-    """A file, or what stands for one, and a line of it (from 1); None for the whole of it."""
+    """A file, or a name in place of one, and a line of it (from 1); None for the whole of it."""
 
     file: str
     line: int | None = None
@@ -59,14 +59,14 @@ NOWHERE = Location("")
 
 @dataclass(frozen=True, slots=True)
 class Node:
-    """A scalar, a list or a map, and where it, or its key, stands."""
+    """A scalar, a list or a map, and the place of it, or of its key."""
 
     value: Scalar | tuple[Node, ...] | dict[str, Node]
     location: Location = NOWHERE
 
     @property
     def kind(self) -> str:
-        """Say in words what it is."""
+        """Return in words what it is."""
         kinds = {dict: "a map", tuple: "a list", str: "a text", bool: "true or false", type(None): "nothing"}
         return kinds.get(type(self.value), "a number")
 
@@ -125,7 +125,7 @@ def size_of(node: Node) -> int:
 
 
 def locations_of(node: Node) -> dict[str, Location]:
-    """Return where every field stands, by its dotted path; list items count from 0."""
+    """Return the place of every field, by its dotted path; list items count from 0."""
     locations: dict[str, Location] = {}
     _note_locations(node, "", locations)
     return locations

@@ -8,7 +8,7 @@ from regraft.bus_schema.suggestions import near
 
 
 def instead_of_path(file: Path) -> str:
-    """Say which path may be meant, as the end of a sentence; empty if none is near.
+    """Return which path may be meant, as the end of a sentence; empty if none is near.
 
     The first part of the path that does not exist is what is mistyped.
     """

@@ -45,7 +45,7 @@ class StackError(Exception):
 
 @dataclass(slots=True)
 class Report:
-    """The problems found so far in a stack of ``file``, whose fields stand at ``locations``."""
+    """The problems found so far in a stack of ``file``, with its fields' ``locations``."""
 
     file: str
     locations: dict[str, Location] = field(default_factory=dict)
@@ -60,7 +60,7 @@ class Report:
         self.problems.append(Problem(*location, path, problem))
 
     def location_of(self, path: str) -> Location:
-        """Return where a field stands, or the nearest one around it that is there."""
+        """Return the place of a field, or of the nearest one around it that is there."""
         return nearest(self.locations, path) or Location(self.file)
 
     def raise_if_any(self) -> None:
@@ -75,7 +75,7 @@ def fail(file: str, line: int | None, problem: str) -> NoReturn:
 
 
 def nearest(locations: Mapping[str, Location], path: str) -> Location | None:
-    """Return where the field at the dotted ``path`` stands, or the nearest one around it that is there."""
+    """Return the place of the field at the dotted ``path``, or of the nearest one around it that is there."""
     while path and path not in locations:
         path = path.rpartition(".")[0]
     return locations.get(path)

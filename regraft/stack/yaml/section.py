@@ -1,4 +1,4 @@
-"""Reads the fields of one map of a stack file, noting whatever is not as it must be."""
+"""Reads the fields of one map of a stack file, noting everything that is not as it must be."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Section:
             report.add(path, f"must be a map, is {node.kind}")
 
     def __contains__(self, key: str) -> bool:
-        """Tell whether the field is given."""
+        """Return whether the field is given."""
         return key in self._parts
 
     def names(self) -> tuple[str, ...]:
@@ -55,7 +55,7 @@ class Section:
         return self._parts.get(key)
 
     def location(self, key: str) -> Location:
-        """Return where a field stands."""
+        """Return the place of a field."""
         node = self._parts.get(key)
         return node.location if node else self.report.location_of(self.at(key))
 
@@ -103,7 +103,7 @@ class Section:
         if node is None:
             return default
         value = node.value
-        # A number that is too long to be read exactly is a float: that it is too large says more.
+        # A number that is too long to be read exactly is a float: "too large" is the better message.
         if isinstance(value, float) and abs(value) > max(abs(minimum), maximum):
             self.wrong(key, f"{value:g}: must be from {minimum} to {maximum}")
         elif isinstance(value, bool) or not isinstance(value, int):

@@ -231,7 +231,7 @@ class MinBatteryNavigation(TaskLevelQR):
 class MinBatterySystem(SystemLevelQR):
     """A1: the battery keeps above 90 % during operation; the metric is its charge, in [0, 1].
 
-    At ``power`` it tells what the whole robot draws: what `MinBatteryNavigation` measures below, the lidar, and what is
+    Its ``power`` is what the whole robot draws: what `MinBatteryNavigation` measures below, the lidar, and what is
     always on.
     """
 

@@ -1,5 +1,5 @@
 """Bandits: external strategies over a space of options with constraints (ReBeT's external adaptation).
 
-``bandit_planner`` is the component, ``credit`` what it is told of the effect; ``memory`` is what was learned, for each
-task; ``strategies`` has a file for each strategy. The options come from ``planners/choices``.
+``bandit_planner`` is the component, ``credit`` is the measured effect of a choice; ``memory`` is what was learned, for
+each task; ``strategies`` has a file for each strategy. The options come from ``planners/choices``.
 """

@@ -1,4 +1,4 @@
-"""The bandits' component: proposes what a strategy chooses, and learns from what it is told of the effect."""
+"""The bandits' component: proposes what a strategy chooses, and learns from the measured effect."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class BanditPlanner(DecidingPlanner):
 
     @service("planners/{name}/describe")
     def describe(self, query: PlannerQuery) -> PlannerDescription:
-        """Say what can be asked for: the strategies with their knobs, the form of the inputs."""
+        """Return what can be asked for: the strategies with their knobs, the form of the inputs."""
         text = (type(self).__doc__ or "").split("\n\n")[0]
         strategies = self._strategies.describe()
         inputs = self.schema_with_decisions(inputs_schema(self._strategies.names()))
@@ -225,7 +225,7 @@ class BanditPlanner(DecidingPlanner):
 
 
 def _shown(chosen: Chosen, outcome: str, told: Told | None, question: Question | None) -> dict[str, PlainValue]:
-    """Return what people and trees are told of a choice."""
+    """Return a choice in plain data, for people and trees."""
     names = [slot.name for slot in chosen.slots]
     shown: dict[str, PlainValue] = {
         "strategy": chosen.strategy,

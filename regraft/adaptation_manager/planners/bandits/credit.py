@@ -11,7 +11,7 @@ from regraft.bus_schema.errors import BadMessage
 
 @dataclass(frozen=True, slots=True)
 class Credit:
-    """The utility that was measured in ``[begin, end]``, for the option that ``ticket`` stands for."""
+    """The utility that was measured in ``[begin, end]``, for the option of ``ticket``."""
 
     ticket: str
     utility: float

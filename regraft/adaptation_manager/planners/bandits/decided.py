@@ -36,12 +36,12 @@ def options_in(question: Question, most: int) -> tuple[Option, ...]:
 
 @dataclass(slots=True)
 class Meters:
-    """The measured worth of the choices that stand, by task."""
+    """The measured worth of the present choices, by task."""
 
     by_task: dict[str, Meter] = field(default_factory=dict)
 
     def credit(self, task: str) -> Credit | None:
-        """Return the credit of the choice that stands for a task, None if nothing was measured."""
+        """Return the credit of a task's present choice, None if nothing was measured."""
         meter = self.by_task.pop(task, None)
         earned = meter.credit() if meter else None
         return read_credit(earned) if earned else None

@@ -25,7 +25,7 @@ MAX_DOUBLINGS: Final = 5
 
 @dataclass(frozen=True, slots=True)
 class Chosen:
-    """An option that a strategy has chosen: why, out of how many, and what had to be said about it."""
+    """An option that a strategy has chosen: why, out of how many, and notes about it."""
 
     strategy: str
     knobs: Knobs
@@ -109,7 +109,7 @@ class TaskMemory:
     # --- what became of it ---
 
     def stood(self, chosen: Chosen, now: float, settle: float, *, changed: bool) -> tuple[str, float]:
-        """Take note that a choice stands from now on; returns its ticket, and from when on its effect is measured.
+        """Take note that a choice is in force from now on; returns its ticket, and when measuring its effect begins.
 
         Without a change, what the same choice has settled already counts.
         """
@@ -141,7 +141,7 @@ class TaskMemory:
         return turns
 
     def disturbed(self, now: float) -> None:
-        """Take note that from now on something else stands than what was chosen before."""
+        """Take note that from now on something other than the last choice is in force."""
         for ticket in self._tickets.values():
             if ticket.until is None:
                 ticket.until = now
@@ -149,7 +149,7 @@ class TaskMemory:
     # --- learning ---
 
     def credit(self, credit: Credit, architecture: Architecture) -> Told:
-        """Credit a utility to the option that earned it, or say why not."""
+        """Credit a utility to the option that earned it, or return why not."""
         ticket = self._tickets.get(credit.ticket)
         if ticket is None:
             return Told(credit.ticket, False, credit.utility, "this ticket is not known, or too old")

@@ -63,7 +63,7 @@ class Decision:
 
 
 class CannotLearn(Exception):
-    """A utility does not fit what the strategy knows; the text says why."""
+    """A utility does not fit what the strategy knows; the text states why."""
 
 
 class Strategy(ABC, Generic[K]):

@@ -36,7 +36,7 @@ OURS: Final[tuple[type[Strategy[Any]], ...]] = (
 
 
 class BadStrategy(ValueError):
-    """A class that cannot be a strategy here; the text says where it was found, and why not."""
+    """A class that cannot be a strategy here; the text states where it was found, and why not."""
 
 
 class Strategies:

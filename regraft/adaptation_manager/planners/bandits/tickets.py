@@ -1,4 +1,4 @@
-"""Tickets: who earned the utility that is told later."""
+"""Tickets: which option earned a utility that is reported later."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Ticket:
     credited: bool = False
 
     def refusal(self, credit: Credit, architecture: Architecture) -> str:
-        """Say why a credit cannot be given, nothing if it can."""
+        """Return why a credit cannot be given, empty if it can."""
         if self.credited:
             return "this ticket was credited already"
         if credit.begin < self.since - ROUNDING:

@@ -55,7 +55,7 @@ def choose(
     effort: Effort = UNLIMITED,
     predicted: Mapping[str, Expression] | None = None,
 ) -> Choice:
-    """Return the best combination that keeps all rules; what stands, unless another is better by the margin.
+    """Return the best combination that keeps all rules: the present one, unless another is better by the margin.
 
     ``predicted`` are the expressions whose values are part of the explanation.
 

@@ -34,7 +34,7 @@ class RunnerUp:
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """A quality as it is expected to be under what stands, and under what was chosen; None if unknown."""
+    """A quality as it is expected to be under the present choice, and under the new one; None if unknown."""
 
     name: str
     before: Any
@@ -45,9 +45,9 @@ class Prediction:
 class Explanation:
     """Why something was chosen.
 
-    ``standing`` is the utility of what stands. ``unknown`` is what could not be worked out, ``nothing`` why nothing
-    was chosen. ``gap`` is how much better something else may be. ``steps`` are repeatable, ``seconds`` are those of the
-    processor.
+    ``standing`` is the utility of the present choice. ``unknown`` is what could not be worked out, ``nothing`` why
+    nothing was chosen. ``gap`` is how much better something else may be. ``steps`` are repeatable, ``seconds`` are
+    those of the processor.
     """
 
     solver: str

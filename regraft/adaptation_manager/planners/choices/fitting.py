@@ -37,7 +37,7 @@ class Misfit:
 
 
 def check_dimensions(slots: Sequence[Slot], architecture: Architecture) -> None:
-    """Raise BadMessage for what of varied dimensions cannot be in an architecture; it says what could."""
+    """Raise BadMessage for what of varied dimensions cannot be in an architecture; it names what could."""
     found = {(misfit.slot, misfit.part, misfit.why): misfit for misfit in misfits(slots, architecture)}
     wrong = [BadMessage(misfit.why, ("options", str(misfit.slot), _field(misfit))) for misfit in found.values()]
     if wrong:

@@ -20,7 +20,7 @@ LEADS_TO: Final = {
     "deactivate": State.INACTIVE,
     "cleanup": State.UNCONFIGURED,
 }
-"""The state that a transition stands for as an option; one that takes several transitions gets them."""
+"""The state that a transition leads to as an option; one that takes several transitions gets them."""
 
 
 def stands(setting: Setting, architecture: Architecture) -> bool:
@@ -54,7 +54,7 @@ def all_stand(settings: Iterable[Setting], architecture: Architecture) -> bool:
 
 
 def goal_of(setting: Setting) -> State:
-    """Return the state that a setting of state or transition stands for."""
+    """Return the state that a setting of state or transition leads to."""
     return LEADS_TO[setting.value] if setting.kind is Kind.TRANSITION else State(setting.value)
 
 
@@ -160,7 +160,7 @@ def _others(settings: Sequence[Setting], kept: dict[str, _Part], architecture: A
 
 
 def _by_name(setting: Setting) -> tuple[Transition, ...]:
-    """Return the transition to ask for where no way leads to it: the adaptation's check then says why."""
+    """Return the transition to ask for where no way leads to it: the adaptation's check then reports why."""
     if setting.kind is Kind.TRANSITION:
         return (Transition(setting.value),)
     return (Transition.CLEANUP,) if goal_of(setting) is State.UNCONFIGURED else (Transition.ACTIVATE,)

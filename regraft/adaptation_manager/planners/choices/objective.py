@@ -156,7 +156,7 @@ class Evaluation:
         """Return whether there are estimates of a component."""
         return self.estimator.knows(component)
 
-    # --- what names stand for ---
+    # --- values of names ---
 
     def estimates(
         self, component: str, chosen: Mapping[int, int], assumed: Mapping[str, Any]

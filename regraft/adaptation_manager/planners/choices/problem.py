@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from regraft.adaptation_manager.planners.choices.rules.rules import Rule
 
 UNKNOWN = -math.inf
-"""The worth of a combination that nothing can be said about: it is not chosen."""
+"""The worth of a combination about which nothing is known: it is not chosen."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -35,7 +35,7 @@ def options_of(slots: Sequence[Slot], constraints: Sequence[PlainValue], most: i
 def allowed_options(
     slots: Sequence[Slot], rules: Sequence[Rule], texts: Sequence[str], most: int
 ) -> tuple[Option, ...]:
-    """Return the options that rules allow; ``texts`` say what the sources of the rules are. Raises BadMessage."""
+    """Return the options that rules allow; ``texts`` describe the sources of the rules. Raises BadMessage."""
     sizes = [len(slot.selections) for slot in slots]
     try:
         parts = [_part(sizes, members, tied, texts, most) for members, tied in parts_of(sizes, rules)]

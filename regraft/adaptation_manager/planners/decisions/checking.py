@@ -31,7 +31,7 @@ VARIED_FIELDS: Final = {
 
 
 def check_in(decision: Decision, architecture: Architecture, estimates: Estimator, report: Report) -> None:
-    """Note whatever of a decision cannot be in an architecture, of whose components there are such estimates."""
+    """Note each part of a decision that cannot be in an architecture with these estimates."""
     for misfit in misfits(decision.slots, architecture):
         slot = decision.slots[misfit.slot]
         path = _path(decision, misfit.slot, misfit.alternative, misfit.setting, misfit.part, report)

@@ -73,7 +73,7 @@ def check_fits(decision: Decision, architecture: Architecture) -> None:
 
 
 class DecidingPlanner(Component):
-    """Takes the decisions that files describe: whenever it is asked, and by itself as their triggers say."""
+    """Takes the decisions that files describe: whenever it is asked, and by itself at their triggers."""
 
     cannot_express: ClassVar[str]
     """The parts of decisions that this kind of planner does not use, for people."""
@@ -116,7 +116,7 @@ class DecidingPlanner(Component):
         return self.known_decisions[name]
 
     def situation(self, decision: Decision, request: ProposalRequest | None = None) -> dict[str, Any]:
-        """Return what is known: what was told with a request, and what the decision's own context has, which counts."""
+        """Return what is known: the request's context, and the decision's own, which takes precedence."""
         context = request.context if request else {}
         texts = {name: value for name, value in context.items() if isinstance(value, str)}
         told = {**texts, **numbers_of(context)}

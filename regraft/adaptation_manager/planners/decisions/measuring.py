@@ -1,4 +1,4 @@
-"""The worth of a choice: the mean of the measured utility while it stood."""
+"""The worth of a choice: the mean of the measured utility while it was in force."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Meter:
         self._count += 1
 
     def credit(self) -> dict[str, PlainValue] | None:
-        """Return what the choice has earned, as it is told to a planner; None if nothing was measured."""
+        """Return what the choice has earned, as a planner takes it; None if nothing was measured."""
         if self._count == 0:
             return None
         return {"ticket": self.ticket, "utility": self._sum / self._count, "from": self._first, "to": self._last}

@@ -72,7 +72,7 @@ class Fault:
 class Triggers:
     """When a planner decides by itself: every so many seconds, when a fault comes or goes, when a requirement turns.
 
-    Whatever they are, it decides on demand.
+    It also decides on demand, with any triggers.
     """
 
     every: float | None = None
@@ -112,11 +112,11 @@ class Decision:
     triggers: Triggers = Triggers()
 
     def estimated(self) -> dict[str, Expression]:
-        """Return the expressions that stand for names where qualities are estimated."""
+        """Return the expressions of names where qualities are estimated."""
         known = {q.name: q.estimated for q in self.qualities if q.estimated is not None}
         return {**self.weights, **known}
 
     def measured(self) -> dict[str, Expression]:
-        """Return the expressions that stand for names where qualities are measured."""
+        """Return the expressions of names where qualities are measured."""
         known = {q.name: q.measured for q in self.qualities if q.measured is not None}
         return {**self.weights, **known}

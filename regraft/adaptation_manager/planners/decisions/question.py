@@ -26,8 +26,8 @@ NOTHING: Final = Clause(0, ((0, 0),))
 class Question:
     """A decision in one situation.
 
-    ``faults`` are those that hold. ``prescribed`` are the alternatives that they prescribe, by slot. ``notes`` say what
-    was not known.
+    ``faults`` are those that hold. ``prescribed`` are the alternatives that they prescribe, by slot. ``notes`` name
+    what was not known.
     """
 
     decision: Decision

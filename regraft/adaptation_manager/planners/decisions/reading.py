@@ -28,7 +28,7 @@ SECTIONS: Final = ("context", "choices", "constraints", "qualities", "objective"
 
 
 def locations_in(file: Path) -> Report:
-    """Return a report that knows where the fields of a file stand; raises StackError."""
+    """Return a report that knows the lines of a file's fields; raises StackError."""
     return Report(str(file), locations_of(read_map(file)))
 
 
@@ -71,7 +71,7 @@ def read_decision(file: Path) -> Decision:
 
 
 def _check_names(decision: Decision, given: set[str], report: Report) -> None:
-    """Note each name without dots that nothing stands for; names with dots may be estimates of components.
+    """Note each name without dots that is not defined; names with dots may be estimates of components.
 
     ``given`` are the names of context and choices, also of those that are wrong.
     """
@@ -92,7 +92,7 @@ def _check_names(decision: Decision, given: set[str], report: Report) -> None:
 
 
 def _check_unique(document: Section, report: Report) -> None:
-    """Note each name that stands for two things; an assumption may stand for what an entry of the context is."""
+    """Note each name that is defined twice; an assumption may have the name of an entry of the context."""
     seen: dict[str, str] = {}
     weights = document.section("objective").section("weights")
     for section in (document.section("context"), document.section("choices"), document.section("qualities"), weights):

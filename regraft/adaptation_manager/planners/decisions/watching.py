@@ -35,7 +35,7 @@ class Watch:
         self._looks = any(entry.topic for entry in entries)
 
     async def pause(self, kit: Kit) -> None:
-        """Wait until the next look is due, or the system says of itself what may be a reason."""
+        """Wait until the next look is due, or a message of the system itself may be a reason."""
         waits: list[Future[Any]] = [kit.inputs[name].next() for name in self._waking if name in kit.inputs]
         pauses = [LOOK_EVERY] if self._looks else []
         pauses += [] if self._due is None else [max(0.0, self._due - kit.now())]

@@ -46,7 +46,7 @@ class Decided:
     def choose(
         self, architecture: Architecture, situation: Mapping[str, Any], estimates: Estimator
     ) -> tuple[Option | None, dict[str, PlainValue]]:
-        """Return the option that is expected to be best, None if nothing can be expected, and what people are told.
+        """Return the option that is expected to be best, None if nothing can be expected, and the explanation.
 
         Raises:
             BadMessage: the decision ties too much together.

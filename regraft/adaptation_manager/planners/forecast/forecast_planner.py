@@ -37,10 +37,10 @@ MAX_TOLD: Final = 10
 
 
 class ForecastPlanner(DecidingPlanner):
-    """Chooses the option with the highest expected utility, by what the components' classes say they would give.
+    """Chooses the option with the highest expected utility, by the estimates of the components' classes.
 
     It learns nothing and needs no trials: an option's qualities are the classes' own estimates under its parameters, in
-    the context that the request tells of.
+    the request's context.
     """
 
     resources = Resources(cpu=0.02, memory=60.0)
@@ -60,7 +60,7 @@ class ForecastPlanner(DecidingPlanner):
 
     @service("planners/{name}/describe")
     def describe(self, query: PlannerQuery) -> PlannerDescription:
-        """Say what can be asked for."""
+        """Return what can be asked for."""
         text = (type(self).__doc__ or "").split("\n\n")[0]
         knobs = record_shape(ForecastKnobs).json_schema()
         strategy = StrategyDescription(STRATEGY, "Takes what is expected to be worth most.", knobs)
@@ -156,7 +156,7 @@ def _read(plain: dict[str, PlainValue]) -> tuple[Asked, Model]:
 
 
 def _best(asked: Asked, model: Model, outlooks: list[Forecast], architecture: Architecture) -> Forecast | None:
-    """Return the best of those of which something is known; what stands, unless something is better by the margin."""
+    """Return the best of the known: the present one, unless another is better by the margin."""
     known = [each for each in outlooks if each.utility is not None]
     if not known:
         return None
@@ -171,7 +171,7 @@ def _utility(each: Forecast) -> float:
 
 
 def _shown(asked: Asked, chosen: Forecast | None, outlooks: list[Forecast]) -> dict[str, PlainValue]:
-    """Return what people and trees are told of a choice."""
+    """Return a choice in plain data, for people and trees."""
     names = [slot.name for slot in asked.slots]
     told: dict[str, PlainValue] = {"strategy": STRATEGY, "options": len(outlooks), "notes": []}
     if chosen is None:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from types import MappingProxyType
 from typing import Any, Final
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.management.modes import RuleStatus, SystemModes
+from regraft.bus_schema.model.adaptation import AdaptationReport, EnterMode
 from regraft.bus_schema.model.expressions import Unknown
 from regraft.bus_schema.model.mode_rules import ModeRule
 from regraft.bus_schema.model.modes.mode_conditions import condition_of, target_of
+from regraft.bus_schema.model.modes.mode_parts import entered_with, part_of
 
 ROUNDING: Final = 1e-6
 """Seconds by which times may differ that are meant to be equal."""
@@ -52,6 +55,20 @@ class Circling:
     until: float
 
 
+def entered_by(actor: str, lines: Iterable[AdaptationReport], parts: Mapping[str, Collection[str]]) -> dict[str, str]:
+    """Return the modes that somebody entered, by part, and nobody else has entered one of that part since.
+
+    ``lines`` are those of the journal, newest first; ``parts`` are the modes that each mode enters.
+    """
+    last: dict[str, tuple[str, str]] = {}
+    for line in lines:
+        changes = line.request.changes if line.revision_after != line.revision_before else ()
+        for change in reversed(changes):
+            for mode in entered_with(change.mode, parts) if isinstance(change, EnterMode) else ():
+                last.setdefault(part_of(mode), (mode, line.request.actor))
+    return {part: mode for part, (mode, who) in last.items() if who == actor}
+
+
 class Enforcement:
     """The state of all rules. Times are seconds of the component's clock."""
 
@@ -61,6 +78,7 @@ class Enforcement:
         self.suspended: dict[str, float] = {}
         self._since: dict[str, float] = {}
         self._unknown: dict[str, str] = {}
+        self._fallen_since: dict[str, float] = {}
         self.parts: dict[str, PartMemory] = {}
         if memory:
             self.suspended = dict(memory["suspended"])
@@ -82,10 +100,12 @@ class Enforcement:
 
     # --- what is seen ---
 
-    def see(self, modes: SystemModes, now: float, times: Times, own: str = "") -> list[str]:
+    def see(
+        self, modes: SystemModes, now: float, times: Times, own: Mapping[str, str] = MappingProxyType({})
+    ) -> list[str]:
         """Take how all parts are; returns those whose mode others have changed, which is left alone for a while.
 
-        ``own`` is a mode that an earlier run had entered, and may not have remembered.
+        ``own`` are the modes, by part, that an earlier run had entered, and may not have remembered.
         """
         changed = []
         for part in dict.fromkeys(map(target_of, self.rules)):
@@ -96,14 +116,18 @@ class Enforcement:
                 self.parts[part] = PartMemory(target, as_asked)
                 continue
             is_other = (target, as_asked) != (memory.target, memory.as_asked)
-            if is_other and not (as_asked and target in (memory.asked, own or memory.asked)):
+            if is_other and not (as_asked and target in (memory.asked, own.get(part, memory.asked))):
                 memory.manual_until = now + times.manual_hold
                 changed.append(part)
             memory.target, memory.as_asked, memory.asked = target, as_asked, ""
         return changed
 
-    def look(self, values: Mapping[str, Any], now: float) -> None:
-        """Take the values of the names in conditions; a rule whose condition is not known does not hold."""
+    def look(self, values: Mapping[str, Any], now: float, fallen: Collection[str] = ()) -> None:
+        """Take the values of the names in conditions; a rule whose condition is not known does not hold.
+
+        ``fallen`` are the modes that want more of a component than it does, though it has not failed.
+        """
+        self._fallen_since = {mode: self._fallen_since.get(mode, now) for mode in fallen}
         self._unknown.clear()
         for rule in self.rules:
             try:
@@ -127,7 +151,8 @@ class Enforcement:
             if memory is None or part in decided or not self._counts(rule, memory, now, times):
                 continue
             decided.add(part)
-            stands = memory.target == rule.mode and memory.as_asked
+            fallen = now >= self._fallen_since.get(rule.mode, now) + times.retry - ROUNDING
+            stands = memory.target == rule.mode and memory.as_asked and not fallen
             if not stands and now >= max(memory.dwell_until, memory.manual_until, memory.retry_at) - ROUNDING:
                 return rule
         return None

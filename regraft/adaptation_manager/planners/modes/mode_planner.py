@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Final, TypeVar
 
 from regraft import CallFailed, Component, Input, Level, Parameter, RequestRefused, service
 from regraft.adaptation_manager.planners.manager_client import AdaptationOrder, Manager
-from regraft.adaptation_manager.planners.modes.enforcement import Circling, Enforcement, Times
-from regraft.adaptation_manager.planners.modes.situation import MeasuredValues, values_of
+from regraft.adaptation_manager.planners.modes.enforcement import Circling, Enforcement, Times, entered_by
+from regraft.adaptation_manager.planners.modes.situation import MeasuredValues, Values, fallen_out, values_of, wanted_by
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.management.manager import JournalPage, JournalRequest
 from regraft.bus_schema.messages.management.modes import MODES, DeciderRequest, DeciderStatus, ModesRequest, SystemModes
@@ -20,10 +20,13 @@ from regraft.bus_schema.model.modes.mode_conditions import ConditionName, NameKi
 from regraft.bus_schema.model.modes.mode_deciders import DECIDER
 from regraft.bus_schema.model.robots.scopes import SHARED
 
+M = TypeVar("M")
+News = tuple[SystemStates | None, SystemFaults | None, SystemQualities | None]
+
 LOOK_EVERY: Final = 0.1
 """Seconds between two looks at the conditions."""
 JOURNAL_LINES: Final = 20
-"""Lines of the journal among which the newest change is looked for."""
+"""Lines of the journal among which modes are looked for that an earlier run entered."""
 
 
 def _seconds(default: float, description: str) -> Parameter[float]:
@@ -55,6 +58,7 @@ class ModePlanner(Component):
 
     def __init__(self) -> None:
         self._enforcement = Enforcement()
+        self._stale: News = (None, None, None)
 
     def snapshot(self) -> PlainValue:
         """Return since when modes are left alone."""
@@ -71,13 +75,17 @@ class ModePlanner(Component):
         self._architecture: Architecture | None = None
         self._modes: SystemModes | None = None
         self._names: dict[str, ConditionName] = {}
-        self._values: dict[str, Any] = {}
-        self._measured_values: dict[str, float] = {}
+        self._wanted: dict[str, tuple[str, ...]] = {}
+        self._values = self._measured_values = Values({}, {})
         self._measure_at = 0.0
         self._seen_states: SystemStates | None = None
         self._complaint = ""
         self._is_new = True
         self.kit.spawn(self._enforce(), "enforcing rules")
+
+    def on_deactivate(self) -> None:
+        """Note what was read last: it may be wrong by the next activation, and that begins with newer messages."""
+        self._stale = (self.states.latest, self.faults.latest, self.requirements.latest)
 
     @service(DECIDER)
     def status(self, request: DeciderRequest) -> DeciderStatus:
@@ -121,17 +129,25 @@ class ModePlanner(Component):
 
     async def _look(self) -> None:
         architecture, modes = await self._seen()
-        states = self.states.latest
+        states, faults, requirements = self._news()
         if self.kit.now() >= self._measure_at:
             self._measured_values = await self._measured.read(self._names, states)
             self._measure_at = self.kit.now() + self.measure_every
-        self._values = values_of(self._names, states, self.faults.latest, self.requirements.latest, modes)
-        self._values |= self._measured_values
+        self._values = values_of(self._names, states, faults, requirements, modes, self._measured_values)
         now = self.kit.now()
-        self._enforcement.look(self._values, now)
+        self._enforcement.look(self._values, now, fallen_out(self._wanted, architecture, states, faults))
         rule = self._enforcement.due(now, self._times())
         if rule is not None:
             await self._enter(rule, architecture)
+
+    def _news(self) -> News:
+        """Return what the system says of itself, without what came before an inactive time."""
+        states, faults, requirements = self._stale
+        return (
+            _newer(self.states.latest, states),
+            _newer(self.faults.latest, faults),
+            _newer(self.requirements.latest, requirements),
+        )
 
     async def _seen(self) -> tuple[Architecture, SystemModes]:
         """Return the architecture and the modes, read again if they may be others; raises CallFailed."""
@@ -144,8 +160,9 @@ class ModePlanner(Component):
         architecture = self._architecture = await self._manager.architecture(self.answer_within)
         self._enforcement.take_rules(architecture.mode_rules)
         self._names = names_of(architecture.mode_rules, architecture)
+        self._wanted = wanted_by((rule.mode for rule in architecture.mode_rules), architecture)
         modes = await self.kit.call(SHARED + MODES, ModesRequest(), SystemModes, timeout=self.answer_within)
-        own = await self._last_own() if self._is_new else ""
+        own = await self._own_modes(architecture) if self._is_new else {}
         self._is_new = False
         for part in self._enforcement.see(modes, self.kit.now(), self._times(), own):
             whose = part or "the system"
@@ -154,17 +171,11 @@ class ModePlanner(Component):
         self._modes = modes
         return architecture, modes
 
-    async def _last_own(self) -> str:
-        """Return the mode that the newest adaptation entered, if an earlier run of this planner asked for it.
-
-        That run may have ended before its checkpoint.
-        """
+    async def _own_modes(self, architecture: Architecture) -> dict[str, str]:
+        """Return the modes that earlier runs of this planner entered last, whatever they remembered."""
         journal = JournalRequest(limit=JOURNAL_LINES)
         page = await self.kit.call(SHARED + JOURNAL, journal, JournalPage, timeout=self.answer_within)
-        newest = next((line for line in page.entries if line.revision_after != line.revision_before), None)
-        if newest is None or newest.request.actor != self.kit.name:
-            return ""
-        return next((change.mode for change in newest.request.changes if isinstance(change, EnterMode)), "")
+        return entered_by(self.kit.name, page.entries, architecture.mode_parts)
 
     # --- acting ---
 
@@ -199,6 +210,10 @@ class ModePlanner(Component):
         text = f"rules lead in a circle, {modes}: suspended until {circling.until:.1f} s: {rules}"
         self.kit.event("modes.circle", text, part=circling.part, suspended=list(circling.suspended))
         self.kit.diagnose("mode rules", Level.ERROR, text)
+
+
+def _newer(latest: M | None, stale: M | None) -> M | None:
+    return None if latest is stale else latest
 
 
 def _problem(error: str, report: AdaptationReport | None) -> str:

@@ -53,7 +53,7 @@ class Step:
 class Wiring:
     """The keys that a member reads (true where new data wakes it) and those it writes, with their last sequence.
 
-    ``anew`` names keys that it had stopped reading, and reads again, since it last told its wiring.
+    ``anew`` names keys that it had stopped reading, and reads again, since it last sent its wiring.
     """
 
     inputs: dict[str, bool]
@@ -67,7 +67,7 @@ class Ack:
     """The end of a step: what was published, when the member wants to be woken, and whether it wants a slot.
 
     ``wiring`` is sent when it changed. ``touched`` (slots only) names members whose wiring or timing was changed.
-    ``news`` is what the member says of itself, if there is any.
+    ``news`` is what the member reports of itself, if anything.
     """
 
     member: str

@@ -196,7 +196,7 @@ class StateRequest:
 @message("regraft/Snapshot")
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """A component's state as plain data, with the version of its layout and where its outputs' numbering stands.
+    """A component's state as plain data, with the version of its layout and how far its outputs' numbering has come.
 
     ``first_tick`` is in a time source's checkpoints: the machine's monotonic clock, in s, when the run began to tick.
     """

@@ -35,7 +35,7 @@ class Role(Enum):
 @message("regraft/Place")
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where a source's numbering on a key stands: an epoch and a sequence in it."""
+    """How far a source's numbering on a key has come: an epoch and a sequence in it."""
 
     epoch: Count
     sequence: Count

@@ -53,7 +53,7 @@ class ProcessStatus:
 @message("regraft/OtherHost")
 @dataclass(frozen=True, slots=True)
 class OtherHost:
-    """A host as the one sees it that it joined. ``processes`` are those of a host that cannot tell of them itself."""
+    """A host as the one sees it that it joined. ``processes`` are those of a host that cannot report them itself."""
 
     host: str
     state: HostState
@@ -82,7 +82,7 @@ class HostStatus:
 @message("regraft/UpdateSpecs")
 @dataclass(frozen=True, slots=True)
 class UpdateSpecs:
-    """From now on, (re)start these components as these specs say. Running processes are not touched.
+    """From now on, (re)start these components by these specs. Running processes are not touched.
 
     A spec without a description keeps the one that is known of its class: it is most of a spec, and never changes.
     Those in ``removed`` are not started any more, and forgotten once they are stopped; a spec takes that back.
@@ -175,7 +175,7 @@ class StopComponent:
     """End a component's process and do not restart it; by force after ``grace`` seconds.
 
     ``started_as`` names the run, by the incarnation as which it was started, whether it speaks for the component or
-    not; None means whoever speaks for it. A run next to it is forgotten then.
+    not; None means the run that speaks for it. A run next to it is forgotten then.
     """
 
     component: str

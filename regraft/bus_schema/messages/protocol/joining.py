@@ -45,7 +45,7 @@ class HostKey:
 class JoinHost:
     """A host wants to be part of the system. ``instance`` is unique to its process.
 
-    Where hosts prove who they are, ``seal`` is an HMAC-SHA256 of what the others say, and ``number`` rises.
+    Where hosts prove who they are, ``seal`` is an HMAC-SHA256 of the other fields, and ``number`` rises.
     """
 
     host: Annotated[str, Text(64)]

@@ -28,11 +28,11 @@ from regraft.bus_schema.model.modes.mode_conditions import (
     target_of,
     values_of_modes,
 )
-from regraft.bus_schema.model.modes.mode_parts import asked_after
+from regraft.bus_schema.model.modes.mode_parts import asked_after, entered_with, part_of
 from regraft.bus_schema.model.modes.modes import GOALS
 
-MAX_SITUATIONS: Final = 5_000
-"""Situations that are tried; of more, as many are drawn."""
+MAX_TRIALS: Final = 20_000
+"""Situations, each with modes to begin with, that are tried for a group of rules; of more, as many are drawn."""
 BASIC_STATES: Final = (State.ACTIVE.value, State.INACTIVE.value, State.UNCONFIGURED.value, GONE)
 
 Situation = dict[str, Any]
@@ -54,53 +54,83 @@ class Circle:
 
 
 def find_circle(architecture: Architecture, changes: Mapping[str, Sequence[Change]]) -> Circle | None:
-    """Return a circle of an architecture's rules, None if none was found; ``changes`` are those of its modes."""
-    rules = architecture.mode_rules
-    if len(rules) < 2:
-        return None
-    search = _Search(architecture, changes)
-    return next(search.circles(), None)
+    """Return a circle of an architecture's rules, None if none was found; ``changes`` are those of its modes.
+
+    Rules that cannot influence each other are tried by themselves: several robots have as many groups of rules.
+    """
+    searches = (_Search(architecture, changes, rules) for rules in groups(architecture, changes) if len(rules) > 1)
+    return next((circle for search in searches for circle in search.circles()), None)
+
+
+def groups(architecture: Architecture, changes: Mapping[str, Sequence[Change]]) -> list[tuple[ModeRule, ...]]:
+    """Return the rules in groups, in their order: a mode that a rule of one enters means nothing to all others."""
+    found: list[tuple[set[tuple[NameKind, str]], list[ModeRule]]] = []
+    for rule in architecture.mode_rules:
+        touched, rules = _touched(rule, architecture, changes), [rule]
+        for other in [group for group in found if group[0] & touched]:
+            found.remove(other)
+            touched, rules = touched | other[0], other[1] + rules
+        found.append((touched, rules))
+    order = [rule.name for rule in architecture.mode_rules]
+    return [tuple(sorted(rules, key=lambda rule: order.index(rule.name))) for _, rules in found]
+
+
+def _touched(
+    rule: ModeRule, architecture: Architecture, changes: Mapping[str, Sequence[Change]]
+) -> set[tuple[NameKind, str]]:
+    """Return the parts and states that a rule decides on or reads, of those that modes change."""
+    entered = set(entered_with(rule.mode, architecture.mode_parts))
+    found = {(NameKind.MODE, part_of(mode)) for mode in entered}
+    moved = {change.component for each in changes.values() for change in each if isinstance(change, ChangeState)}
+    own = {change.component for change in changes.get(rule.mode, ()) if isinstance(change, ChangeState)}
+    found |= {(NameKind.STATE, component) for component in own}
+    for known in names_of((rule,), architecture).values():
+        if known.kind in (NameKind.MODE, NameKind.TARGET):
+            found.add((NameKind.MODE, known.owner))
+        elif known.kind in (NameKind.STATE, NameKind.ACTIVE) and known.owner in moved:
+            found.add((NameKind.STATE, known.owner))
+    return found
 
 
 class _Search:
-    def __init__(self, architecture: Architecture, changes: Mapping[str, Sequence[Change]]) -> None:
-        self._rules = architecture.mode_rules
+    def __init__(
+        self, architecture: Architecture, changes: Mapping[str, Sequence[Change]], rules: Sequence[ModeRule]
+    ) -> None:
+        self._rules = rules
         self._parts = architecture.mode_parts
-        self._conditions = [condition_of(rule) for rule in self._rules]
-        self._names = names_of(self._rules, architecture)
+        self._conditions = [condition_of(rule) for rule in rules]
+        self._names = names_of(rules, architecture)
         self._changes = changes
 
     def circles(self) -> Iterator[Circle]:
-        starts = list(self._starts())
-        for situation in self._situations():
-            for asked in starts:
-                circle = self._follow(dict(asked), dict(situation))
-                if circle is not None:
-                    yield circle
+        for situation, asked in self._trials():
+            circle = self._follow(dict(asked), dict(situation))
+            if circle is not None:
+                yield circle
 
-    def _starts(self) -> Iterator[dict[str, str]]:
-        """Yield the modes to begin with: for each part that rules decide on, each of its modes that they name."""
+    def _starts(self) -> dict[str, list[str]]:
+        """Return the modes to begin with: for each part that rules decide on, each of its modes that they name."""
         modes: dict[str, list[str]] = {}
         for rule in self._rules:
             known = modes.setdefault(target_of(rule), [""])
             known += [mode for mode in (*rule.start, rule.mode) if mode not in known]
-        total = itertools.product(*modes.values())
-        for combination in itertools.islice(total, MAX_SITUATIONS):
-            yield dict(zip(modes, combination, strict=True))
+        return modes
 
-    def _situations(self) -> Iterator[dict[Key, Any]]:
+    def _trials(self) -> Iterator[tuple[dict[Key, Any], dict[str, str]]]:
+        """Yield situations, each with the modes that are asked for: all of them, or as many as may be tried."""
         numbers, texts = _constants(self._conditions)
         candidates = {key: _candidates(key[0], key[2], numbers, texts) for key in _keys(self._names)}
-        keys, values = list(candidates), list(candidates.values())
-        if prod(map(len, values)) <= MAX_SITUATIONS:
+        starts = self._starts()
+        values = [*candidates.values(), *starts.values()]
+        if prod(map(len, values)) <= MAX_TRIALS:
             combinations: Iterator[tuple[Any, ...]] = itertools.product(*values)
         else:
             chance = random.Random(0)
-            combinations = (tuple(map(chance.choice, values)) for _ in range(MAX_SITUATIONS))
+            combinations = (tuple(map(chance.choice, values)) for _ in range(MAX_TRIALS))
         for combination in combinations:
-            situation = dict(zip(keys, combination, strict=True))
-            if not any(_is_contrary(situation, key) for key in keys):
-                yield situation
+            situation = dict(zip(candidates, combination, strict=False))
+            if not any(_is_contrary(situation, key) for key in candidates):
+                yield situation, dict(zip(starts, combination[len(candidates) :], strict=True))
 
     def _values(self, situation: Mapping[Key, Any], asked: Mapping[str, str]) -> Situation:
         found: Situation = dict(values_of_modes(self._names, asked, asked))

@@ -8,7 +8,7 @@ from regraft.bus_schema.model.adaptation import Violation
 from regraft.bus_schema.model.architecture import ComponentSpec
 
 DECIDER = "modes/decider"
-"""The service by which a component shows that it enforces rules, whatever it is offered as."""
+"""The service by which a component shows that it enforces rules, under any offered name."""
 
 
 def deciders(specs: Iterable[ComponentSpec]) -> list[str]:
@@ -19,9 +19,8 @@ def deciders(specs: Iterable[ComponentSpec]) -> list[str]:
 
 def decider_violations(specs: Iterable[ComponentSpec]) -> Iterator[Violation]:
     """Yield every component that would enforce rules next to another one."""
-    first, *others = deciders(specs) or [""]
-    for name in others:
-        problem = (
-            f"would decide on modes next to {first!r}: a system has one decider; swap {first!r}, or remove it first"
-        )
+    found = deciders(specs)
+    for name in found[1:]:
+        both = " and ".join(map(repr, found))
+        problem = f"a system has one component that decides on modes, not {both}: swap it, or remove it first"
         yield Violation(None, name, f"services.{DECIDER}", problem)

@@ -1,4 +1,4 @@
-"""Entering a mode: its transitions say which state is to be reached, from whichever there is."""
+"""Entering a mode: its transitions name the state to be reached, from any present one."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def as_needed(
 ) -> tuple[Change, ...]:
     """Return the changes of a mode with the transitions that lead from how things are, after ``earlier`` changes.
 
-    ``found`` has the states that components really are in. One that has failed is lower than it should be. A mode that
-    wants it there keeps its transition, because the architecture has to follow.
+    ``found`` has the states that components really are in. One that has failed is lower than it should be. Where a mode
+    wants a component as it is already, its transition is kept if the architecture has to follow.
     """
     wanted = {name: spec.state for name, spec in architecture.components.items()}
     states = wanted | {name: state for name, state in (found or {}).items() if name in wanted}
@@ -49,12 +49,15 @@ def as_needed(
         elif start not in goals:
             way = route(start, goals[0])
             needed += [ChangeState(change.component, step) for step in way] if way else [change]
-            states[change.component] = goals[0]
+            wanted[change.component] = states[change.component] = goals[0]
+        elif change.transition not in DOWNWARD and wanted[change.component] not in goals:
+            needed.append(change)
+            wanted[change.component] = start
     return tuple(needed)
 
 
 def is_in_force(changes: Iterable[Change], architecture: Architecture) -> bool:
-    """Tell whether all is as a mode wants it: the inference of modes (exactly equal, no ranges)."""
+    """Return whether all is as a mode wants it: the inference of modes (exactly equal, no ranges)."""
     return all(_is_so(change, architecture) for change in changes)
 
 

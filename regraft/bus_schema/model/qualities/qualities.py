@@ -88,7 +88,7 @@ def estimated(described: Iterable[QualityDescription]) -> tuple[QualityDescripti
 
 
 def judged(described: Iterable[QualityDescription], given: object) -> Judged:
-    """Return what of the ``given`` values counts; whatever a class may have returned, nothing is raised."""
+    """Return what of the ``given`` values counts; nothing is raised, for any value that a class returns."""
     declared = {quality.name: quality for quality in described}
     if not isinstance(given, Mapping):
         why = f"a value of type {type(given).__name__} for all: must be a map of numbers by name"

@@ -65,7 +65,7 @@ def executor_of(known: Collection[MissionExecutor], name: str) -> MissionExecuto
 
     Raises:
         NoSuchExecutor: neither a robot nor a component of that name runs missions.
-        WhichExecutor: there are several, and which is meant is not said.
+        WhichExecutor: there are several, and none is named.
     """
     found = [each for each in known if name in ("", each.robot, each.component)]
     if len(found) == 1 or not (name or found):

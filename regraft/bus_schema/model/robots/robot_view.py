@@ -41,6 +41,10 @@ class RobotView:
         """Return whether a mode does."""
         return not self.robot or name.startswith(f"{self.robot}/")
 
+    def has_part(self, name: str) -> bool:
+        """Return whether a part with modes does: the robot itself, a component or subsystem of it."""
+        return not self.robot or name == self.robot or name.startswith(f"{self.robot}.")
+
 
 ALL = RobotView("")
 
@@ -65,7 +69,7 @@ def _simulated(robots: PlainValue) -> Iterator[str]:
 
 
 def robot_view(robot: str, components: Mapping[str, ComponentSpec], topics: Collection[str]) -> RobotView:
-    """Return the view of a robot; raises NoSuchRobot, which says what robots there are."""
+    """Return the view of a robot; raises NoSuchRobot, which names the robots that there are."""
     if not robot:
         return ALL
     known = robots_of(components, topics)

@@ -16,7 +16,7 @@ class Attempt:
     """An attempt of a decorator to adapt.
 
     Attributes:
-        failed: Whether it came to nothing and the author said that the decorator fails then.
+        failed: Whether it came to nothing, and the author's policy for that is that the decorator fails.
         again_at: When it tries again, None if it does not; in seconds of the tree's clock.
         rests_until: Before this time nothing new is begun: the last one came to nothing.
     """

@@ -54,12 +54,12 @@ class AdaptNode(Decorator):
         """Return what to change, None for nothing; override it.
 
         It may be asked more often than adaptations are made, so it changes nothing of the node's own: what a plan
-        remembers it sets in ``adapted``. ``Step`` changes a number from whatever it is by then.
+        remembers it sets in ``adapted``. ``Step`` changes a number from its value at that time.
         """
         raise NotImplementedError(f"{type(self).__name__} does not implement plan()")
 
     def utility(self) -> float | None:
-        """Return what the option that stands is worth now, None if that is not known; override it, or use the port."""
+        """Return what the present option is worth now, None if that is not known; override it, or use the port."""
         return None
 
     def adapted(self, result: Result) -> None:

@@ -20,7 +20,7 @@ NO_ANSWER: Final = "no_answer"
 """Nobody answered in time; what was asked for may still happen."""
 
 OUTCOMES: Final = (APPLIED, STATE_LOST, UNCHANGED, REJECTED, ROLLED_BACK, Outcome.CANCELLED.value, STUCK, NO_ANSWER)
-"""All that the port ``outcome`` can say."""
+"""The values of the port ``outcome``."""
 
 POLICY_PORTS: Final = {
     REJECTED: "on_rejected",

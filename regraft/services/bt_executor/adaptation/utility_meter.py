@@ -1,4 +1,4 @@
-"""How well the option that stands has done: the mean of its utility over time, for the strategy that chose it."""
+"""How well the present option has done: the mean of its utility over time, for the strategy that chose it."""
 
 from __future__ import annotations
 

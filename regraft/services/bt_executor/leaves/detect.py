@@ -13,8 +13,7 @@ from regraft.services.bt_executor.leaves.context import Asked
 class DetectObject(Asking):
     """Looks for an object in the next pictures; succeeds when they were looked at, seen or not.
 
-    Where the detector states that none of them was of use, being black or frozen, nothing can be said: that is a
-    FAILURE.
+    It fails where the detector states that none of them was of use, being black or frozen: the result is unknown.
     """
 
     label = Input(str, default="hydrant", description="what to look for")

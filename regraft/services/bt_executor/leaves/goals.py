@@ -57,7 +57,7 @@ class GetGoals(StatefulAction):
 class NextGoal(SyncAction):
     """Goes to the next entry of a list of goals, and from the last to the first; fails if the list is empty.
 
-    Where it stands is kept in the entry of ``index``: empty or unset, the next one is the first.
+    The entry of ``index`` keeps its place in the list. While that is empty or unset, the next goal is the first.
     """
 
     goals = Input[Any](description="the list")

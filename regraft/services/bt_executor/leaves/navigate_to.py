@@ -25,7 +25,7 @@ class NavigateToGoal(Asking):
     distance_left = Output(float, description="metres along the path")
 
     def adopt(self, children: tuple[Node, ...]) -> None:
-        """Refuse a leaf that is told no place, or two."""
+        """Refuse a leaf that is given no place, or two."""
         super().adopt(children)
         given = self.setup.attributes.keys() & {"goal", "x", "y"}
         if given not in ({"goal"}, {"x", "y"}):

@@ -61,7 +61,7 @@ def filled(plain: PlainValue, board: Blackboard) -> PlainValue:
 
 
 def has_references(plain: PlainValue) -> bool:
-    """Return whether plain data holds texts that stand for blackboard entries."""
+    """Return whether plain data holds texts that refer to blackboard entries."""
     if isinstance(plain, dict):
         return any(has_references(value) for value in plain.values())
     if isinstance(plain, list):

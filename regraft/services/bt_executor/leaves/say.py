@@ -1,4 +1,4 @@
-"""The leaf that tells the world something."""
+"""The leaf that publishes an event."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Say(SyncAction):
         require_ports(self, "text")
 
     def tick(self) -> Status:
-        """Put the event; an entry that is empty is told as '?'."""
+        """Publish the event; an empty entry is shown as '?'."""
         text = _PLACE.sub(lambda place: self._text(place.group(1)), self.text)
         details = {key.removeprefix("@"): as_plain(self._value(key)) for key in self.details.split()}
         self._context.kit.event(self.event, text, node=self.path, **details)

@@ -1,6 +1,6 @@
 """Quality requirements in the tree: QR decorators (ReBeT, section III-B).
 
-Subclass `TaskLevelQR` or `SystemLevelQR` in Python, or use the XML nodes of these names, whose ports say all. Where a
+Subclass `TaskLevelQR` or `SystemLevelQR` in Python, or use the XML nodes of these names, with ports alone. Where a
 requirement holds to a degree, one half is where "satisfied" begins.
 """
 

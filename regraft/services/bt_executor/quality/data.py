@@ -15,7 +15,7 @@ AGE, STALE = "_age", "_stale"
 def age_of(board: Blackboard, key: str, now: float) -> float:
     """Return how many seconds ago the value of an entry was true.
 
-    That is what its age entry says, or the time since it was written where it has none.
+    That is the value of its age entry, or the time since it was written where it has none.
 
     Raises:
         Unknown: there is no value, or its source states that it is stale.

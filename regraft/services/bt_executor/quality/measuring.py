@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 
 class Unknown(Exception):
-    """Nothing can be said of a quality; the text states why. Authors may raise it in `measure`."""
+    """The value of a quality is unknown; the text states why. Authors may raise it in `measure`."""
 
 
 @dataclass(frozen=True, slots=True)

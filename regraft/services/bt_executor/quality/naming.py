@@ -1,4 +1,4 @@
-"""Names of requirements that can stand in a key of the bus, each unique in its tree."""
+"""Names of requirements that can be part of a key of the bus, each unique in its tree."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ class QualityRequirement(Decorator):
     """
 
     attribute: ClassVar[str] = ""
-    """The attribute, any name such as Safety; a class that leaves it open has the XML say ``quality_attribute``."""
+    """The attribute, any name such as Safety; a class that leaves it open takes the XML's ``quality_attribute``."""
     higher_is_better: ClassVar[bool] = True
     level: ClassVar[QualityLevel]
 
@@ -99,7 +99,7 @@ class QualityRequirement(Decorator):
         return tuple(port.name for port in ports if port.is_input and port.default is None)
 
     def data_ports(self) -> tuple[str, ...]:
-        """Return the inputs that hold data: while one is empty or stale, nothing can be said.
+        """Return the inputs that hold data: while one is empty or stale, the metric is unknown.
 
         By default the required ones. The others are settings, whose age does not matter.
         """
@@ -109,7 +109,7 @@ class QualityRequirement(Decorator):
         """Prepare for a run of the child; called before its first tick."""
 
     def measure(self) -> float | None:
-        """Return the metric, None if there is nothing to say; called after each tick that left the child RUNNING."""
+        """Return the metric, None to keep the last one; called after each tick that left the child RUNNING."""
         raise NotImplementedError(f"{type(self).__name__} does not implement measure()")
 
     def on_end(self, status: Status) -> float | None:
@@ -197,7 +197,7 @@ class QualityRequirement(Decorator):
             self._leave()
 
     def set_status(self, status: Status) -> None:
-        """Store a status; whoever makes this node idle means a child that completed, too."""
+        """Store a status; making this node idle resets a child that completed, too."""
         super().set_status(status)
         if status == IDLE and self.child.status in COMPLETED:
             self.child.reset()
@@ -272,7 +272,7 @@ class QualityRequirement(Decorator):
         return oldest
 
     def _take(self, metric: Metric, *, is_last: bool = False) -> None:
-        """Judge a metric, write the outputs and tell."""
+        """Judge a metric, write the outputs and report the quality."""
         now = self.now()
         self.verdict = self._judged(metric)
         value = self.verdict.metric.value

@@ -56,7 +56,7 @@ def _value(of: Operand, values: Values) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """A number required to be as a relation says; without ``subject``, the metric."""
+    """A number that a relation must hold for; without ``subject``, the metric."""
 
     subject: Operand | None
     relation: Relation

@@ -51,7 +51,7 @@ class SystemLevelQR(QualityRequirement):
         """Return metric and weight of each of the `gathered`.
 
         Raises:
-            Unknown: one of the metrics is unknown; a combination of the others would say something else.
+            Unknown: one of the metrics is unknown; a combination of the others would mean something else.
         """
         metrics = []
         for path, task in self.gathered().items():

@@ -10,12 +10,12 @@ from regraft.bus_schema.messages.quality import Quality
 from regraft.services.bt_executor.quality.measuring import Metric
 
 UNKNOWN: Final = "unknown"
-"""The status of a requirement of which nothing can be said."""
+"""The status of a requirement whose metric is unknown."""
 MAX_TEXT_LENGTH: Final = 500
 
 
 class QualityTeller(Protocol):
-    """Whom requirements tell how they are met: the executor's `LeafContext`."""
+    """Takes how requirements are met: the executor's `LeafContext`."""
 
     def report_quality(self, quality: Quality) -> None:
         """Take what is known now."""

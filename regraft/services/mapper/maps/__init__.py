@@ -1,1 +1,1 @@
-"""Maps, and what a scan says of them."""
+"""Maps, and what a scan adds to them."""

@@ -21,7 +21,7 @@ def _beams(angle_min: float, angle_increment: float, count: int) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scan:
-    """One turn, taken at ``stamp`` (s) by a lidar that stands at ``sensor`` in the base frame.
+    """One turn, taken at ``stamp`` (s) by a lidar at ``sensor`` in the base frame.
 
     ``ranges`` (n; m) are not finite where nothing echoed; beam i looks along ``angle_min + i *
     angle_increment`` (rad) about the sensor's z axis.

@@ -1,4 +1,4 @@
-"""In which directions a scan says where the robot is: in a bare corridor, not along it.
+"""In which directions a scan determines where the robot is: in a bare corridor, not along it.
 
 J. Zhang, M. Kaess, S. Singh: On degeneracy of optimization-based state estimation problems. ICRA 2016. The directions
 are the eigenvectors of the information matrix. Here an eigenvalue counts by its share of the echoes.

@@ -13,7 +13,7 @@ from regraft.services.mapper.matching.search import search_near
 from regraft.services.mapper.matching.surface import Surface
 
 MIN_ECHOES = 10
-"""Echoes of a scan that says anything at all."""
+"""Fewest echoes of a scan that is of any use."""
 MIN_EXPECTED = 25
 """Matched echoes on known ground that it takes to correct a pose."""
 NEAR, NEAR_TURN = 0.3, 0.36
@@ -43,7 +43,7 @@ class Limits:
 class Fix:
     """Where the robot was, and whether the scan fits the map there, so that it may be written into it.
 
-    ``match`` is None where the map does not yet say where the robot is, or is not asked.
+    ``match`` is None where the map does not yet determine where the robot is, or is not used.
     """
 
     pose: Pose2D
@@ -75,7 +75,7 @@ class TrustingLocalizer:
 
     @property
     def lost(self) -> bool:
-        """Never: who does not look cannot tell."""
+        """False: this localizer does not match scans, so it cannot notice a loss."""
         return False
 
     def locate(self, grid: Grid, scan: Scan, guess: Pose2D) -> Fix:

@@ -17,7 +17,7 @@ BLUR = 1.0
 NEIGHBOURHOOD = 1.5
 """Cells (standard deviation) around a point over which the directions of edges are averaged."""
 STRAIGHT = 0.02
-"""Least weight along a surface against that across it: a wall says nothing of where along it one is."""
+"""Least weight along a surface against that across it: a wall does not determine where along it the robot is."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

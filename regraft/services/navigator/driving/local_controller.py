@@ -43,7 +43,7 @@ class Decision:
     """The next command.
 
     `turning`: a turn in place is under way (give it back at the next call). `blocked`: obstacles forbid
-    every way on, so the twist brings the robot to a stand.
+    every way ahead, so the twist stops the robot.
     """
 
     twist: Twist2D

@@ -22,7 +22,7 @@ NO_POINTS: FloatArray = np.empty((0, 2))
 
 
 class NoPath(Exception):
-    """There is no path from `start` to `goal`; `reason` says why."""
+    """There is no path from `start` to `goal`; `reason` states why."""
 
     def __init__(self, start: Point, goal: Point, reason: str) -> None:
         """Keep the ends (m) and the reason for programs; the message states them all."""

@@ -59,7 +59,7 @@ class Route:
         self._stale = self._stale or worth > WORSE * self._worth or self.impossible_since is not None
         if worth == math.inf:
             self._planned_at = -math.inf
-        # A goal that the robot was sent to as it is stays, unless the robot can't stand there after all.
+        # A goal that was taken as given is kept, unless there is no room for the robot after all.
         if self._target is not None and not planner.roomy(self._target):
             self._target = None
             self._stale = True

@@ -107,7 +107,7 @@ def _explored(known: NDArray[np.bool_], beyond: int) -> tuple[slice, slice]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ground:
-    """The part of a terrain on which one path may run; `allowed` (rows, columns) says where."""
+    """The part of a terrain on which one path may run: the cells that are `allowed` (rows, columns)."""
 
     terrain: Terrain
     allowed: NDArray[np.bool_]
@@ -143,7 +143,7 @@ class Ground:
         cells = (points - np.array([grid.origin_x, grid.origin_y])) / grid.resolution
         starts, ways = cells[:-1], np.diff(cells, axis=0)
         # A segment changes cells where it meets a grid line; between two neighbouring meetings it stays in
-        # one cell, which the point halfway tells.
+        # one cell, that of the point halfway.
         lines = math.ceil(float(np.abs(ways).max(initial=0.0))) + 1
         first = np.floor(np.minimum(starts, starts + ways)) + 1.0
         meetings = first[:, None, :] + np.arange(lines)[None, :, None]

@@ -26,8 +26,8 @@ class Scan:
     """One turn of a planar lidar, taken at `stamp` (s).
 
     `ranges` (N,) in m; beam i points at `angle_min + i * angle_increment` (rad) in the sensor's frame,
-    which stands at `sensor` in the base frame. Ranges that are not finite or outside [range_min, range_max) is
-    no echo: some lidars say range_max for nothing.
+    which is at `sensor` in the base frame. Ranges that are not finite or outside [range_min, range_max) is
+    no echo: some lidars report range_max for nothing.
     """
 
     stamp: float

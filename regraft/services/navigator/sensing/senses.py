@@ -31,7 +31,7 @@ PERSISTENT = 0.3  # s
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """Something is wrong with one of the senses; `text` says what."""
+    """Something is wrong with one of the senses; `text` states what."""
 
     subject: Subject
     text: str

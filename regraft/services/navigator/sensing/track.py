@@ -5,7 +5,7 @@ from typing import Any
 
 from regraft.planar import Pose2D, Twist2D, wrap_angle
 
-# A pose that is this much off what the motion says has jumped: a little at once, more after a longer time.
+# A pose that is this far from where the motion leads has jumped: a little at once, more after a longer time.
 JUMP_DISTANCE, JUMP_DISTANCE_RATE = 0.01, 0.05  # m, m/s
 JUMP_ANGLE, JUMP_ANGLE_RATE = 0.01, 0.10  # rad, rad/s
 SILENCE = 0.5  # s: after a longer one the motion in between is unknown

@@ -63,7 +63,7 @@ def _full_light() -> float:
 class DeviceKit:
     """The world as one device of one robot sees it. Names are the short ones of the robot's own files.
 
-    ``data`` is the physics at present. ``failing`` says how the device fails now. ``event`` reports to the system that
+    ``data`` is the physics at present. ``failing`` is how the device fails now. ``event`` reports to the system that
     something happened. ``siblings`` are the robot's devices by name, those that come before this one in its file.
     """
 
@@ -112,5 +112,5 @@ class DeviceKit:
         return generator(self.seed, self.robot.prefix + purpose, moment)
 
     def is_due(self, rate: float) -> bool:
-        """Tell whether something that happens ``rate`` times a second happens at this tick; 0: at each."""
+        """Return whether something that happens ``rate`` times a second happens at this tick; 0: at each."""
         return not rate or self.progress.tick % max(1, round(self.progress.tick_rate / rate)) == 0

@@ -1,4 +1,4 @@
-"""Fits robots with their devices: finds the classes, and says which parameters and ports these bring."""
+"""Fits robots with their devices: finds the classes, and lists the parameters and ports that these bring."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from regraft.sim_service.robots import DeviceSpec, RobotSpec
 
 
 class NoSuchDevice(ValueError):
-    """``module:Class`` does not name a device class; the text says what is wrong."""
+    """``module:Class`` does not name a device class; the text states what is wrong."""
 
 
 @dataclass(frozen=True, slots=True)

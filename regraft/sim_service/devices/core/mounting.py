@@ -16,7 +16,7 @@ def mounted_at(kit: DeviceKit, site: int) -> tuple[Position, Orientation]:
     """
     model, data, base = kit.model, kit.data, kit.base
     if int(model.site_bodyid[site]) == base:
-        # As the file says it: a detour over the world frame would round.
+        # Taken from the file as it is: a detour over the world frame would round.
         position, quaternion = model.site_pos[site], model.site_quat[site]
     else:
         to_base = data.xmat[base].reshape(3, 3).T

@@ -13,8 +13,7 @@ from regraft.sim_service.devices.core.failures import BLACK, FROZEN, NONE
 class ColourLamp(Device):
     """Makes a geom of the robot shine in the colour of the last command; it lights nothing around it.
 
-    While it is off, the geom looks as its MJCF says. A black lamp is off whatever it is told, a frozen one keeps its
-    colour.
+    While it is off, the geom looks as in its MJCF. A black lamp is off at any command, a frozen one keeps its colour.
     """
 
     colour = Input(Colour, description="the colour to shine in", required=False)
@@ -41,7 +40,7 @@ class ColourLamp(Device):
         return {self._geom: (shown.red, shown.green, shown.blue)}
 
     def snapshot(self) -> dict[str, Any]:
-        """Return the colour that it was told last."""
+        """Return the colour of the last command."""
         return {"colour": [self._shown.red, self._shown.green, self._shown.blue]}
 
     def restore(self, state: Mapping[str, Any]) -> None:

@@ -22,7 +22,7 @@ def root_of(kit: DeviceKit, site: int) -> int:
 def obstacles(kit: DeviceKit, start: Point, end: Point, *spared: int, most: int = MAX_CASTS) -> int:
     """Return how many things lie between two points (m, map frame); counting stops at ``most``.
 
-    Each geom of what stands still is a thing, since a room may be one body. A body that moves is one with all that
+    Each static geom is a thing, since a room may be one body. A body that moves is one with all that
     hangs on it. ``spared`` are outermost bodies that are not counted: the robots at both ends.
     """
     way = end - start
@@ -47,5 +47,5 @@ def obstacles(kit: DeviceKit, start: Point, end: Point, *spared: int, most: int 
 
 
 def is_clear(kit: DeviceKit, start: Point, end: Point, *spared: int) -> bool:
-    """Tell whether nothing lies between two points (m, map frame)."""
+    """Return whether nothing lies between two points (m, map frame)."""
     return obstacles(kit, start, end, *spared, most=1) == 0

@@ -67,7 +67,7 @@ SENSITIVITY: dict[str, Measure] = {
 
 
 def report(results: Results) -> Report:
-    """Return the report of whatever there is."""
+    """Return the report of the results so far."""
     arms = arms_of(results)
     parts = [head("FROG: does adapting the architecture pay?", results)]
     body = _published(arms) if results.definitions == "published" else _corrected(arms)

@@ -66,7 +66,9 @@ class PublishedMaxVelocity(AdaptPeriodically):
 
 
 class PublishedMovePower(TaskLevelQR):
-    """The published account of a drive: a sample of power every 2 s, their sum told when the drive has succeeded."""
+    """The published account of a drive: a sample of power every 2 s, their sum reported when the drive has
+    succeeded.
+    """
 
     attribute = POWER
     higher_is_better = False

@@ -40,7 +40,7 @@ def is_near(nearest: float) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """One row of a drive: distance (m) and speed (m/s) as told, maximum velocity (m/s), power (W), and its leg."""
+    """One row of a drive: distance (m) and speed (m/s) as recorded, maximum velocity (m/s), power (W), and its leg."""
 
     time: float
     nearest: float
@@ -116,7 +116,7 @@ def near_share(rows: Rows) -> float:
 
 @dataclass(frozen=True, slots=True)
 class PublishedRow:
-    """A row of the published script: everything as last measured, whatever the task."""
+    """A row of the published script: everything as last measured, in any task."""
 
     safety: float
     efficiency: float

@@ -32,7 +32,7 @@ class RoundsRecorder(RowRecorder):
     ``speed`` is the mean of the true speed over the second, ``speed_now`` the speed at its end. ``nearest`` is
     the last scan's nearest echo (m). ``motion_power`` is the mean over the second (W), ``picture_energy`` what on-board
     pictures have taken so far (J). ``looks`` counts calls of the detector, and ``squares`` adds up the squares of
-    their pictures, as the published account does. ``leg`` counts the drives to a goal, ``driving`` tells whether one is
+    their pictures, as the published account does. ``leg`` counts the drives to a goal, ``driving`` is whether one is
     under way. Each requirement has a column: 1 satisfied, 0 not, empty while its task does not run or it is unknown.
     """
 

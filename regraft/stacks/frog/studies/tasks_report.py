@@ -28,7 +28,7 @@ SATISFIED, VIOLATED = "#4c9f70", "#d1495b"
 
 
 def report(results: Results) -> Report:
-    """Return the report of whatever there is."""
+    """Return the report of the results so far."""
     parts = [head("FROG: does a requirement in the tree keep the battery full?", results)]
     pictures: dict[str, bytes] = {}
     for key, runs in arms_of(results).runs.items():

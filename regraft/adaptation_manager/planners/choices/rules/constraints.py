@@ -7,8 +7,8 @@
 ``WHEN`` maps names of slots to tests, which must all hold: an alternative; a list of alternatives, of which it must be
 one; or ``{OPERATOR: value}``, several of which must all hold. ``OPERATOR`` is ``<``, ``<=``, ``>``, ``>=``, ``==`` or
 ``!=``; all but the last two are for numbers. Where a slot holds several alternatives, one of them must pass the test.
-``"because"`` may say why, and is shown where the constraint stands in the way. An alternative that a slot does not
-have is an error, since it would be a misspelling.
+``"because"`` may give the reason, and is shown where the constraint excludes something. An alternative that a slot does
+not have is an error, since it would be a misspelling.
 """
 
 from __future__ import annotations

@@ -14,9 +14,9 @@ MAX_NAMED: Final = 8
 
 
 def impossible(sizes: Sequence[int], members: Sequence[int], rules: Sequence[Rule], texts: Sequence[str]) -> str:
-    """Say which sources of ``rules`` leave nothing of the slots ``members``: without any of them there is something.
+    """Return which sources of ``rules`` leave nothing of the slots ``members``: without any of them there is something.
 
-    Where it is hard to find out, a source counts as one of them. ``texts`` say what the sources are.
+    Where it is hard to find out, a source counts as one of them. ``texts`` describe the sources.
     """
     guilty = list(rules)
     for source in sorted({rule.source for rule in rules}, reverse=True):

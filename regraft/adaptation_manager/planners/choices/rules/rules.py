@@ -98,7 +98,7 @@ def _with_partner(domain: int, partners: tuple[int, ...], others: int) -> int:
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """Kept where a table of the selections of several slots says so."""
+    """Kept where a table of the selections of several slots has True."""
 
     source: int
     slots: tuple[int, ...]

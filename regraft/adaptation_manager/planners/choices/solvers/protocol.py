@@ -13,7 +13,7 @@ TOLERANCE = 1e-9
 
 
 class CannotSolve(Exception):
-    """The solver cannot take the problem on; the text says why, and which other solver can."""
+    """The solver cannot take the problem on; the text states why, and names a solver that can."""
 
 
 @dataclass(frozen=True, slots=True)

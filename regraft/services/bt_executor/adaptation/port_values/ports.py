@@ -21,7 +21,7 @@ DURATIONS: Final = ("timeout", "retry_after", "settle", "confirm")
 POLICIES: Final = ("on_rejected", "on_rolled_back", "on_stuck", "on_no_answer")
 PLANNER: Final = re.compile(r"/?[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)?")
 FOR_PLANNERS: Final = ("adaptation_strategy", "decision", "inputs")
-"""Ports of which each says that a planner decides."""
+"""Ports of which any one, when given, means that a planner decides."""
 FOR_STRATEGIES: Final = (
     "adaptation_options", "constraints", "knobs", "settle", "utility", "condition", "context", "planner",
     "task",

@@ -1,4 +1,4 @@
-"""Takes the text of a rule table apart; what stands between the marks is left to the script language."""
+"""Takes the text of a rule table apart; the text between the marks is left to the script language."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ ActionText = SetText | ConnectText | StateText
 
 @dataclass(frozen=True, slots=True)
 class RuleText:
-    """One rule as it stands in the table: its own text, its condition (empty: always), and its actions."""
+    """One rule as written in the table: its own text, its condition (empty: always), and its actions."""
 
     text: str
     condition: str
@@ -86,7 +86,7 @@ def read_table(table: str) -> tuple[RuleText, ...]:
 
 
 def shown(text: str) -> str:
-    """Return a rule's text as an error tells it."""
+    """Return a rule's text as an error quotes it: not too long."""
     return text if len(text) <= MAX_SHOWN_LENGTH else f"{text[:MAX_SHOWN_LENGTH]}…"
 
 

@@ -3,8 +3,8 @@
     rules="safety &lt; 0.09 || power > 5.0 : max_velocity -= 0.08 within [0.10, 0.26];
            safety > 0.15 || power &lt; 4.0 : max_velocity += 0.08 within [0.10, 0.26]"
 
-Conditions and values are scripts over the blackboard. The first rule whose condition holds wins. A rule with an entry
-that holds nothing cannot be answered, and then no later rule is asked either: it stands where it does for a reason.
+Conditions and values are scripts over the blackboard. The first rule whose condition holds wins. A rule with an
+empty entry cannot be evaluated, and then no later rule is evaluated either: the order of rules matters.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ class RuleTable:
                 raise ValueError(f"rule {number}, '{shown(text.text)}': {error}") from None
 
     def fired(self) -> Fired | None:
-        """Return the first rule that holds, None if there is none, or that cannot be said.
+        """Return the first rule that holds, None if there is none, or if one before it cannot be evaluated.
 
         Raises:
             ValueError, ScriptError: a condition or value makes no sense with the data that is there.

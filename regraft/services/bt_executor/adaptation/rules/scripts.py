@@ -50,13 +50,13 @@ class KnowingScript:
         return self._script()
 
     def holds(self) -> bool | None:
-        """Return whether it is true, None if that cannot be said; raises ScriptError."""
+        """Return whether it is true, None if that is unknown; raises ScriptError."""
         value = self.value()
         return None if value is None else truth(value)
 
 
 def known_or_none(ask: Callable[[], T]) -> T | None:
-    """Return what a function says, None if it reads a port whose entry holds nothing."""
+    """Return a function's result, None if it reads a port whose entry holds nothing."""
     try:
         return ask()
     except PortError as error:

@@ -1,0 +1,1 @@
+"""What changes cost, and what they lose."""

@@ -1,0 +1,1 @@
+"""What whole robots cost: their speed, memory, devices, qualities and estimates."""

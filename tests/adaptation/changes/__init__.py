@@ -1,0 +1,1 @@
+"""Each kind of change, one test file a kind."""

@@ -1,0 +1,1 @@
+"""A component's run is replaced by another one."""

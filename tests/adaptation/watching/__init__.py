@@ -1,0 +1,1 @@
+"""What is watched after an adaptation, and measured."""

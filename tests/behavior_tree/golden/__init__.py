@@ -1,0 +1,1 @@
+"""Other engines' traces and cases, and the engine by itself."""

@@ -1,0 +1,1 @@
+"""Trees, scripts and subtrees are loaded or refused."""

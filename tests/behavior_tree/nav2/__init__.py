@@ -1,0 +1,1 @@
+"""The nodes and trees of Nav2."""

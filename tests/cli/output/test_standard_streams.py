@@ -1,0 +1,91 @@
+"""Standard streams that are closed or full, and too few open files: a clear line, the right exit code, no hang."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.cli.live import STACK
+from tests.support.commands import in_home
+from tests.support.waiting import PATIENCE
+
+CLOSED, FULL = (">&-", "it is closed"), (">/dev/full", "No space left on device")
+ALL_CLOSED = "<&- >&- 2>&-"
+
+
+def run(typed: str, home: Path, before: str = "") -> subprocess.CompletedProcess[str]:
+    """Run a command, redirections and all, ``before`` it a command of the shell."""
+    return subprocess.run(
+        ["sh", "-c", f"{before}{sys.executable} -m regraft.cli {typed}"],
+        cwd=home,
+        env=in_home(home),
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+
+
+# Each of these cases starts an interpreter. Every way to print meets one redirection, the most frequent one both.
+@pytest.mark.parametrize(
+    ("command", "redirected", "why"),
+    [
+        ("ps", *CLOSED),
+        ("ps", *FULL),
+        ("--help", *CLOSED),
+        ("types", *FULL),
+        ("doctor", *CLOSED),
+        ("evaluate --help", *FULL),
+    ],
+)
+def test_output_that_cannot_be_written_fails_with_one_line(
+    command: str, redirected: str, why: str, tmp_path: Path
+) -> None:
+    ran = run(f"{command} {redirected}", tmp_path)
+    assert (ran.returncode, ran.stderr) == (1, f"regraft: cannot write to standard output: {why}\n")
+
+
+@pytest.mark.parametrize(
+    ("command", "code", "redirected"),
+    [
+        ("up nowhere", 2, "2>&-"),
+        ("up", 2, "2>/dev/full"),
+        ("run nowhere:Class", 2, ALL_CLOSED),
+        ("planner list", 3, "2>&-"),
+        ("events", 3, "2>/dev/full"),
+        ("events", 3, ALL_CLOSED),
+    ],
+)
+def test_the_exit_code_tells_when_no_line_can(command: str, code: int, redirected: str, tmp_path: Path) -> None:
+    ran = run(f"{command} {redirected}", tmp_path)
+    assert (ran.returncode, ran.stdout, ran.stderr) == (code, "", "")
+
+
+@pytest.mark.parametrize("command", ["--help", "up"])
+def test_too_few_open_files_are_refused_with_one_line(command: str, tmp_path: Path) -> None:
+    ran = run(command, tmp_path, before="ulimit -n 20; ")
+    assert (ran.returncode, ran.stdout) == (2, "")
+    assert ran.stderr == "regraft: only 20 files may be open at once, and 64 are needed: raise 'ulimit -n'\n"
+
+
+@pytest.mark.parametrize(
+    ("redirected", "before"),
+    [(">&-", ""), (">/dev/full", "ulimit -n 64; "), (ALL_CLOSED, ""), (ALL_CLOSED, "ulimit -n 64; ")],
+)
+def test_a_system_runs_on_when_its_output_cannot_be_written(redirected: str, before: str, tmp_path: Path) -> None:
+    ran = run(f"up {STACK} --for 1 {redirected}", tmp_path, before)
+    told = ran.stderr.splitlines()
+    assert ran.returncode == 0, told
+    assert ["; the system runs on, unseen" in line for line in told] == ([] if "2>" in redirected else [True])
+
+
+@pytest.mark.parametrize("redirected", [">&-", ">/dev/full"])
+def test_a_summary_that_cannot_be_written_is_a_failure(redirected: str, tmp_path: Path) -> None:
+    ran = run(f"up {STACK} --for 1 --json {redirected}", tmp_path)
+    assert ran.returncode == 1
+    assert ran.stderr.startswith("regraft: cannot write to standard output: ")
+    assert ran.stderr.count("\n") == 1

@@ -1,0 +1,31 @@
+"""FROG does today what it did when its digests were written down: a change of code that should change nothing does not.
+
+``digests.json`` has them by stack, seconds and renderer. They are those of MuJoCo, NumPy and OpenCV as
+``requirements/robot.txt`` has them, on x86-64. A change that is meant to change what FROG does writes them anew, and
+says so in the CHANGELOG.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.support.frog import run_frog
+from tests.support.paths import FROG
+
+pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3600)]
+
+KEPT = json.loads(Path(__file__).with_name("digests.json").read_text())
+
+
+@pytest.mark.parametrize("kind", KEPT)
+def test_equal_seeds_give_the_digests_that_were_written_down(tmp_path: Path, kind: str) -> None:
+    stack, seconds, renderer = kind.split()
+    found = {}
+    for seed in KEPT[kind]:
+        options = ("--seed", seed, "--speed", "max")
+        run = run_frog(tmp_path, float(seconds), *options, renderer=renderer, stack=FROG / stack)
+        found[seed] = run.summary["digest"]
+    assert found == KEPT[kind]

@@ -1,0 +1,1 @@
+"""Sensing and estimates at length."""

@@ -1,0 +1,1 @@
+"""Adaptations on real processes, and kills amid them."""

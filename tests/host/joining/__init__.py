@@ -1,0 +1,1 @@
+"""Hosts join, are trusted or not, and are lost."""

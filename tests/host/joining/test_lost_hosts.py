@@ -1,0 +1,230 @@
+"""Hosts that are lost, cut off or frozen, tried on real processes joined by real links."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from regraft.bus_schema.messages.protocol.host import ProcessState
+from regraft.bus_schema.model.adaptation import Add, Change, Move, Outcome, SetParameters, Swap
+from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
+from regraft.bus_schema.model.hosts.host_state import HostState
+from tests.host.several import MOVE, TICKER, WAIT, Site
+from tests.support.hosts import JoinedHost, state_of, wait_state
+from tests.support.links import Link
+from tests.support.machine.processes import children_of, exists, go_on, stop, wait_gone
+from tests.support.waiting import PATIENCE, wait_until
+
+
+def test_a_lost_host_is_seen_and_its_components_are_reported(site: Site) -> None:
+    system = site.up()
+    guest = site.join()
+    first = site.wait_active("ticker")
+    pids = children_of(guest.process.pid)
+    guest.process.kill()
+    wait_gone(pids)
+    wait_state(system, "edge", HostState.LOST)
+    seen = system.client.components()["ticker"]
+    assert not seen.alive
+    assert seen.process is not None
+    assert (seen.process.state, seen.process.exit_reason) == (ProcessState.LOST, "its host is lost")
+    assert "and with it ticker" in system.said("host.silent", "edge")[0].text
+    assert "wait for its return" in system.said("host.lost", "edge")[0].text
+    refused = site.adapt(Add("second", ComponentSpec(cls="tests.host.parts:Moody", host="edge")))
+    assert "host 'edge' is lost" in refused.violations[0].problem
+    site.join()
+    assert site.wait_active("ticker", first) > first + 1
+
+
+def test_components_of_a_lost_host_start_elsewhere_if_the_stack_says_so(site: Site) -> None:
+    system = site.up(hosts=MOVE)
+    guest = site.join()
+    first = site.wait_active("ticker")
+    wait_until(lambda: site.snapshot("ticker")["count"] > 50, "some ticks")
+    before = site.snapshot("ticker")["count"]
+    guest.process.kill()
+    assert site.wait_active("ticker", first) > first + 1
+    assert site.host_of("ticker") == "local"
+    assert site.snapshot("ticker")["count"] >= before - 10, "it goes on from its last checkpoint"
+    wait_until(lambda: site.journal()[0].request.reason == "host 'edge' is lost", "the line of the journal")
+    line = site.journal()[0]
+    assert line.outcome is Outcome.APPLIED_STATE_LOST
+    assert line.request.changes == (Move("ticker", "local"),)
+
+    os.kill(site.pid("ticker"), signal.SIGKILL)
+    site.wait_active("ticker", first + 1001)
+    site.join()
+    wait_until(lambda: state_of(system, "edge") is HostState.JOINED, "edge to be back")
+    assert site.host_of("ticker") == "local", "it stays where it is now"
+
+
+@pytest.mark.evidence
+@pytest.mark.parametrize(
+    "changes",
+    [
+        (Move("ticker", "local"),),
+        (Move("ticker", "local"), SetParameters("ticker", {"step": 4})),
+        (Move("ticker", "local"), Swap("ticker", "tests.host.parts:Leaper", {"step": 4})),
+    ],
+)
+def test_a_component_on_a_lost_host_can_be_moved_by_hand(site: Site, changes: tuple[Change, ...]) -> None:
+    site.up()
+    guest = site.join()
+    first = site.wait_active("ticker")
+    guest.process.kill()
+    wait_state(site.system, "edge", HostState.LOST)
+    report = site.adapt(*changes)
+    assert report.outcome is Outcome.APPLIED_STATE_LOST, report
+    assert site.wait_active("ticker", first) > first
+    assert site.host_of("ticker") == "local"
+    assert site.system.client.view("ticker").parameters["step"] == (1 if len(changes) == 1 else 4)
+
+
+@pytest.mark.evidence
+def test_a_host_that_is_lost_again_loses_its_components_again(site: Site) -> None:
+    system = site.up(TICKER + "  moody: {class: 'tests.host.parts:Moody'}\n", MOVE)
+    for loss in (1, 2):
+        guest = site.join()
+        if loss == 2:
+            second = ComponentSpec(cls="tests.host.parts:Ticker", host="edge", connections={"ticks": "more"})
+            assert site.adapt(Add("second", second, (TopicSpec("more", "host_tests/Tick"),))).outcome is Outcome.APPLIED
+        name = "ticker" if loss == 1 else "second"
+        first = site.wait_active(name)
+        guest.process.kill()
+        site.wait_active(name, first)
+        assert site.host_of(name) == "local"
+    assert len(system.said("host.lost", "edge")) == 2
+
+
+# --- partitions ---
+
+
+def _joined_over_a_link(site: Site, hosts: str) -> tuple[JoinedHost, Link]:
+    site.up(hosts=hosts)
+    link = site.link()
+    guest = site.join("edge", link.endpoint)
+    site.wait_active("ticker")
+    return guest, link
+
+
+def test_a_partition_ends_what_may_start_elsewhere_before_it_does(site: Site) -> None:
+    guest, link = _joined_over_a_link(site, MOVE)
+    first, pid = site.wait_active("ticker"), site.pid("ticker")
+    link.cut()
+    wait_until(lambda: not exists(pid) or site.host_of("ticker") == "local", "the cut to be noticed")
+    assert not exists(pid), "the old run has ended before there is a new one"
+    second = site.wait_active("ticker", first)
+    assert site.host_of("ticker") == "local"
+    assert exists(guest.process.pid)
+    link.heal()
+    wait_state(site.system, "edge", HostState.JOINED)
+    wait_until(lambda: not children_without_zygote(guest), "nothing to run on edge")
+    assert site.wait_active("ticker") == second, "whoever acts goes on acting"
+    wait_until(lambda: site.process("ticker", "edge") is None, "edge to have forgotten it")
+
+
+def children_without_zygote(guest: JoinedHost) -> list[int]:
+    """Return the component processes of a host."""
+    zygote = next(iter(children_of(guest.process.pid)), 0)
+    return [pid for pid in children_of(zygote) if exists(pid)] if zygote else []
+
+
+def test_a_partition_leaves_components_alone_that_wait_for_their_host(site: Site) -> None:
+    _, link = _joined_over_a_link(site, WAIT)
+    first, pid = site.wait_active("ticker"), site.pid("ticker")
+    link.cut()
+    wait_state(site.system, "edge", HostState.LOST)
+    assert exists(pid)
+    link.heal()
+    wait_state(site.system, "edge", HostState.JOINED)
+    assert site.wait_active("ticker") == first
+    assert site.pid("ticker") == pid, "the same run goes on"
+    assert site.system.said("host.returned", "edge")
+
+
+@pytest.mark.evidence
+def test_who_was_moved_by_hand_during_a_partition_is_ended_at_once_when_it_heals(site: Site) -> None:
+    guest, link = _joined_over_a_link(site, WAIT)
+    first, pid = site.wait_active("ticker"), site.pid("ticker")
+    link.cut()
+    wait_state(site.system, "edge", HostState.LOST)
+    assert site.adapt(Move("ticker", "local")).outcome is Outcome.APPLIED_STATE_LOST
+    second = site.wait_active("ticker", first)
+    assert exists(pid), "nobody can tell it yet"
+    link.heal()
+    wait_gone([pid])
+    wait_state(site.system, "edge", HostState.JOINED)
+    assert not children_without_zygote(guest)
+    assert site.wait_active("ticker") == second
+
+
+@pytest.mark.evidence
+def test_a_host_that_was_frozen_ends_what_has_started_elsewhere(site: Site) -> None:
+    system = site.up(hosts=MOVE)
+    guest = site.join()
+    first, pid = site.wait_active("ticker"), site.pid("ticker")
+    stop(guest.process.pid)
+    second = site.wait_active("ticker", first)
+    go_on(guest.process.pid)
+    wait_gone([pid])
+    wait_state(system, "edge", HostState.JOINED)
+    assert site.wait_active("ticker") == second
+
+
+def test_a_component_whose_host_is_frozen_ends_before_it_starts_elsewhere(site: Site) -> None:
+    site.up(hosts=MOVE)
+    guest = site.join()
+    first, pid = site.wait_active("ticker"), site.pid("ticker")
+    stop(guest.process.pid)
+    wait_until(lambda: _has_ended(pid) or site.host_of("ticker") == "local", "something to happen")
+    assert _has_ended(pid), "the old run has ended before there is a new one"
+    second = site.wait_active("ticker", first)
+    go_on(guest.process.pid)
+    wait_state(site.system, "edge", HostState.JOINED)
+    assert site.wait_active("ticker") == second
+
+
+def test_a_component_that_thaws_after_its_lease_does_nothing_more(site: Site, tmp_path: Path) -> None:
+    site.up(hosts=MOVE)
+    guest = site.join()
+    first, pid = site.wait_active("ticker"), site.pid("ticker")
+    for frozen in (pid, guest.process.pid):
+        stop(frozen)
+    second = site.wait_active("ticker", first)
+    go_on(pid)  # its host is frozen still
+    wait_until(lambda: _has_ended(pid), "it to end itself")
+    assert "ends itself" in next(guest_logs(site, "ticker"))
+    go_on(guest.process.pid)
+    assert site.wait_active("ticker") == second
+
+
+def _has_ended(pid: int) -> bool:
+    """Tell whether a process acts no more; whoever started it may be frozen, and not have taken note."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(") ")[2][:1] in "ZX"
+    except OSError:
+        return True
+
+
+def guest_logs(site: Site, name: str) -> Iterator[str]:
+    """Return what a component has written on any host."""
+    return (path.read_text() for path in site.folder.rglob(f"{name}.log") if "ends itself" in path.read_text())
+
+
+@pytest.mark.evidence
+def test_a_host_whose_place_was_taken_ends(site: Site) -> None:
+    guest, link = _joined_over_a_link(site, WAIT)
+    first, pid = site.wait_active("ticker"), site.pid("ticker")
+    link.cut()
+    wait_state(site.system, "edge", HostState.LOST)
+    os.environ["REGRAFT_HOME"] += "-2"
+    site.join()
+    assert site.wait_active("ticker", first) > first
+    link.heal()
+    assert guest.process.wait(PATIENCE) == 3
+    wait_gone([pid])
+    assert "has joined already" in guest.log.read_text()

@@ -1,0 +1,1 @@
+"""What hosts offer, and what is placed where."""

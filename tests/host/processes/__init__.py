@@ -1,0 +1,1 @@
+"""Processes are watched, started again and ended."""

@@ -1,0 +1,96 @@
+"""What a system says of itself under the real clock, in whatever order the first host hears of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import pytest
+
+from regraft.bus.memory_bus import MemoryBus, MemoryHub
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.envelope import Envelope
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.health import ComponentStatus, Event
+from regraft.bus_schema.messages.management.system import SystemFaults, SystemStates
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.bus_schema.model.lifecycle import State
+from regraft.host.system_topics import HostSystemTopics
+from regraft.runtime.core.clock import RealClock
+
+KEYS = Keys("t")
+READER = ComponentSpec("reader", connections={"states": "system/states", "faults": "system/faults"})
+DIED = ("component.restarted", {"incarnation": 2, "ended": "killed"})
+"""The end of the first run."""
+
+
+@dataclass
+class Heard:
+    """The topics of a first host, and all that it published."""
+
+    bus: MemoryBus
+    topics: HostSystemTopics
+    said: list[Any] = field(default_factory=list)
+
+    def status(self, name: str, incarnation: int, state: State = State.ACTIVE) -> None:
+        self._put(KEYS.status(name), ComponentStatus(name, incarnation, state, 1, 0.0))
+
+    def event(self, kind: str, details: dict[str, Any]) -> None:
+        self._put(KEYS.event, Event(0.0, kind, "laser", kind, details))
+
+    def _put(self, key: str, message: object) -> None:
+        publisher = self.bus.publisher(key, type_of(type(message)).encoding, reliable=True)
+        publisher.put(codec.encode(message), Envelope("tester", 1, 1, 1, 0).to_bytes())
+        self.topics.publish()
+
+    def last(self, cls: type) -> Any:
+        return next(message for message in reversed(self.said) if isinstance(message, cls))
+
+
+@pytest.fixture
+def heard() -> Heard:
+    hub = MemoryHub()
+    topics = HostSystemTopics(MemoryBus(hub), KEYS, "local", RealClock(), lambda run: run())
+    topics.see(Architecture("t", 1, False, {"reader": READER, "laser": ComponentSpec("laser")}, {}))
+    made = Heard(MemoryBus(hub), topics)
+    for topic, cls in (("system/states", SystemStates), ("system/faults", SystemFaults)):
+
+        def take(sample: Any, cls: type = cls) -> None:
+            made.said.append(codec.decode(sample.payload, cls))
+
+        made.bus.subscribe(KEYS.topic(topic), take)
+    return made
+
+
+@pytest.mark.parametrize("first", ["the end", "the next run"])
+def test_a_run_that_follows_another_ends_its_fault_whichever_is_heard_of_first(heard: Heard, first: str) -> None:
+    heard.status("laser", 1)
+    if first == "the end":
+        heard.event(*DIED)
+        assert [fault.incarnation for fault in heard.last(SystemFaults).present] == [1]
+        assert heard.last(SystemStates).state_of("laser") is None
+    heard.status("laser", 2)
+    if first != "the end":
+        heard.event(*DIED)
+    assert heard.last(SystemFaults).present == ()
+    assert heard.last(SystemStates).state_of("laser") is State.ACTIVE
+    assert [fault.kind.value for said in heard.said if isinstance(said, SystemFaults) for fault in said.news] == [
+        "died",
+        "recovered",
+    ]
+
+
+@pytest.mark.parametrize("between", [None, State.INACTIVE])
+def test_every_run_that_reads_gets_the_present_state_once_it_is_active(heard: Heard, between: State | None) -> None:
+    heard.event("component.failed", {})
+    heard.status("reader", 1)
+    heard.said.clear()
+    if between is not None:
+        heard.status("reader", 2, between)
+    heard.status("reader", 2)
+    assert [fault.component for fault in heard.last(SystemFaults).present] == ["laser"]
+    assert heard.last(SystemStates).state_of("reader") is State.ACTIVE
+    heard.said.clear()
+    heard.status("reader", 2)
+    assert heard.said == []

@@ -1,0 +1,1 @@
+"""What strangers put on the bus."""

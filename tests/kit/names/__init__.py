@@ -1,0 +1,1 @@
+"""Names, of one robot or reserved."""

@@ -1,0 +1,111 @@
+"""Rules decide by what components measure and by how requirements are met; nonsense is unknown, and holds nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from regraft.bus_schema.model.adaptation import SetParameters
+from tests.modes.in_memory import STACK, Director, entered, perform, running
+
+RULED = (
+    STACK
+    + """\
+modes:
+  driver.fast: [{change: set_parameters, component: driver, parameters: {speed: 1.0}}]
+  driver.slow: [{change: set_parameters, component: driver, parameters: {speed: 0.3}}]
+  lamp.on: [{change: transition, component: lamp, transition: activate}]
+  lamp.off: [{change: transition, component: lamp, transition: deactivate}]
+rules:
+  slow_down: {when: laser.clearness < 0.3, mode: driver.slow}
+  speed_up: {when: laser.clearness > 0.5, from: driver.slow, mode: driver.fast}
+  warn: {when: not qualities.MoveSafely.satisfied, mode: lamp.on}
+  all_clear: {when: qualities.MoveSafely.satisfied and qualities.MoveSafely.degree > 0.5, from: lamp.on, mode: lamp.off}
+"""
+)
+
+
+def test_they_hold_and_recover_by_what_is_measured(tmp_path: Path) -> None:
+    seen = []
+
+    async def script(director: Director) -> None:
+        await director.until(2.0)
+        seen.append((await director.modes("driver")).target)
+        for air in (0.2, 0.4, 0.6):
+            await director.adapt(SetParameters("laser", {"air": air}))
+            await director.kit.sleep(3.0)
+            seen.append((await director.modes("driver")).actual)
+
+    with running(tmp_path, RULED, script) as system:
+        perform(system)
+        assert seen == ["", "driver.slow", "driver.slow", "driver.fast"]
+        assert entered(system) == [("driver.slow", "applied"), ("driver.fast", "applied")]
+
+
+def test_they_hold_and_recover_by_how_a_requirement_is_met(tmp_path: Path) -> None:
+    seen: list[Any] = []
+
+    async def script(director: Director) -> None:
+        await director.until(1.0)
+        seen.append((await director.rule("warn")).why)
+        for satisfied, more in (
+            (None, {}),
+            (False, {}),
+            (True, {"degree": 0.2}),
+            (False, {"active": False}),
+            (True, {"degree": 0.9}),
+        ):
+            director.tell("MoveSafely", satisfied, **more)
+            await director.kit.sleep(1.5)
+            rule = await director.rule("warn")
+            seen.append((rule.holds, rule.why, (await director.modes("lamp")).actual))
+
+    with running(tmp_path, RULED, script) as system:
+        perform(system)
+        name = "qualities.MoveSafely.satisfied"
+        assert seen == [
+            f"{name} is not known: the requirement was never reported",
+            (None, f"{name} is not known: not measured", "lamp.off"),
+            (True, "", "lamp.on"),
+            (False, "", "lamp.on"),
+            (None, f"{name} is not known: the requirement is not active", "lamp.on"),
+            (False, "", "lamp.off"),
+        ]
+
+
+NONSENSE = {
+    "nan": "nan: must be finite",
+    "inf": "inf: must be finite",
+    "minus inf": "must be finite",
+    "text": "must be a number",
+    "truth": "must be a number",
+    "percent": "30: must be at most 1",
+    "negative": "must be at least 0",
+    "nothing": "not given",
+    "raises": "evaluate raised RuntimeError: no air",
+    "no map": "",
+}
+"""What a component may give as its quality, and why it does not count. Thirty per cent is the wrong unit of a share."""
+
+
+def test_nonsense_is_unknown_holds_nothing_and_the_planner_says_so(tmp_path: Path) -> None:
+    seen: dict[str, tuple[bool | None, str]] = {}
+
+    async def script(director: Director) -> None:
+        await director.until(1.0)
+        for kind in NONSENSE:
+            await director.adapt(SetParameters("laser", {"nonsense": kind, "air": 0.1}))
+            await director.kit.sleep(2.0)
+            rule = await director.rule("slow_down")
+            seen[kind] = (rule.holds, rule.why)
+        await director.adapt(SetParameters("laser", {"nonsense": ""}))
+        await director.kit.sleep(2.0)
+        assert (await director.modes("driver")).actual == "driver.slow"
+
+    with running(tmp_path, RULED, script) as system:
+        perform(system)
+        assert entered(system) == [("driver.slow", "applied")]
+    for kind, (holds, why) in seen.items():
+        assert holds is None, (kind, holds, why)
+        assert why.startswith("laser.clearness is not known: "), (kind, why)
+        assert NONSENSE[kind] in why, (kind, why)

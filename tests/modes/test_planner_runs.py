@@ -1,0 +1,167 @@
+"""The mode planner is replaced, stopped, killed: its rules continue, and it sees what is so by then."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+
+import pytest
+
+from regraft.bus_schema.model.adaptation import Add, ChangeState, EnterMode, Outcome, Swap
+from regraft.bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.model.lifecycle import Transition
+from tests.modes.in_memory import PLANNER, STACK, Director, entered, perform, running
+from tests.modes.stacks import MODES, RULES
+
+CLASS = "regraft.adaptation_manager.planners.modes.mode_planner:ModePlanner"
+FAILS_AT, RECOVERS_AT = 1.0, 2.5
+"""The laser's only failure, and its end."""
+ONCE = STACK.replace("failures: 0", "failures: 1") + MODES + RULES
+SLOWLY = ONCE.replace("mode: degraded\n", "mode: degraded\n    settle: 0.5\n")
+"""It takes half a second of failure to degrade."""
+AT_ONCE = ONCE.replace("mode: degraded\n", "mode: degraded\n    settle: 0\n")
+LASTING = SLOWLY.replace("failures: 1", "failures: 1, recovers_after: 1000.0")
+DEGRADED, NORMAL = ("degraded", "applied"), ("normal", "applied")
+
+
+async def _swap(director: Director) -> None:
+    await director.adapt(Swap(PLANNER))
+
+
+async def _swap_without_state(director: Director) -> None:
+    await director.adapt(Swap(PLANNER, with_state=False))
+
+
+async def _rest(director: Director) -> None:
+    await director.adapt(ChangeState(PLANNER, Transition.DEACTIVATE))
+    await director.kit.sleep(0.1)
+    await director.adapt(ChangeState(PLANNER, Transition.ACTIVATE))
+
+
+async def _die(director: Director) -> None:
+    director.kill(PLANNER)
+    await director.kit.sleep(0.1)
+    director.start(PLANNER)
+
+
+CHANGES = [_swap, _swap_without_state, _rest, _die]
+Way = Callable[[Director], Awaitable[None]]
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_rules_continue_while_one_settles_and_after_it_has_entered_its_mode(tmp_path: Path, change: Way) -> None:
+    async def script(director: Director) -> None:
+        await director.until(FAILS_AT + 0.3)
+        await change(director)  # while it settles
+        await director.until(RECOVERS_AT - 0.2)
+        assert (await director.modes()).actual == "degraded"
+        await change(director)  # while the mode stands
+        await director.until(RECOVERS_AT + 2.0)
+        assert (await director.modes()).actual == "normal"
+
+    with running(tmp_path, SLOWLY, script) as system:
+        perform(system)
+        assert entered(system) == [DEGRADED, NORMAL]
+        assert not [event for event in system.events if event.kind == "modes.manual"]
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_manual_change_is_known_by_the_next_run(tmp_path: Path, change: Way) -> None:
+    """Without the state nothing is known of it: the mode counts as any that there was at the start."""
+
+    async def script(director: Director) -> None:
+        await director.until(FAILS_AT + 1.0)
+        await director.adapt(EnterMode("normal"))
+        await director.kit.sleep(0.5)
+        await change(director)
+        await director.kit.sleep(5.0)
+
+    with running(tmp_path, LASTING, script) as system:
+        perform(system)
+        remembers = change in (_swap, _rest)
+        assert entered(system) == [DEGRADED] if remembers else [DEGRADED, DEGRADED]
+
+
+async def _stop(director: Director, how: str, begin: float, end: float) -> None:
+    await director.until(begin)
+    if how == "dead":
+        director.kill(PLANNER)
+        await director.until(end)
+        director.start(PLANNER)
+    else:
+        await director.adapt(ChangeState(PLANNER, Transition.DEACTIVATE))
+        await director.until(end)
+        await director.adapt(ChangeState(PLANNER, Transition.ACTIVATE))
+
+
+@pytest.mark.parametrize("how", ["dead", "inactive"])
+@pytest.mark.parametrize(
+    ("begin", "end", "before", "after"),
+    [
+        (0.5, 2.0, [], [DEGRADED, NORMAL]),
+        (0.5, 4.0, [], []),
+        (2.0, 4.0, [DEGRADED], [DEGRADED, NORMAL]),
+    ],
+    ids=["a fault began", "a fault began and ended", "a fault ended"],
+)
+def test_it_sees_what_is_so_on_its_return(
+    tmp_path: Path, how: str, begin: float, end: float, before: list[tuple[str, str]], after: list[tuple[str, str]]
+) -> None:
+    async def script(director: Director) -> None:
+        await _stop(director, how, begin, end)
+        assert await director.entered() == before
+        await director.until(7.0)
+
+    with running(
+        tmp_path, ONCE.replace("rules:\n", "rules:\n").replace("because:", "settle: 0\n    because:"), script
+    ) as system:
+        perform(system)
+        assert entered(system) == after
+        assert not [event for event in system.events if event.kind == "modes.manual"]
+
+
+EAGER = ONCE.replace(":ModePlanner'", ":ModePlanner', parameters: {manual_hold: 0.0}")
+"""What others enter is not left alone."""
+BRIEF = EAGER.replace("failures: 1", "failures: 1, recovers_after: 0.2")
+
+
+@pytest.mark.parametrize("how", ["dead", "inactive", "settling"])
+def test_a_component_that_failed_and_recovered_unseen_is_brought_back_by_the_rule_that_holds(
+    tmp_path: Path, how: str
+) -> None:
+    states = []
+
+    async def script(director: Director) -> None:
+        await director.adapt(EnterMode("normal"))
+        if how != "settling":
+            await _stop(director, how, 0.5, 4.0)
+        else:
+            await director.until(FAILS_AT + 0.6)
+        states.append((await director.modes("laser")).state)
+        await director.kit.sleep(2.5)
+        states.append((await director.modes("laser")).state)
+        assert (await director.modes()).actual == "normal"
+
+    with running(tmp_path, BRIEF.replace("mode: degraded\n", "mode: degraded\n    settle: 0.5\n"), script) as system:
+        perform(system)
+        assert states == ["unconfigured", "active"]
+        assert entered(system) == [NORMAL]
+
+
+SECOND = ComponentSpec(cls=CLASS)
+
+
+@pytest.mark.parametrize("change", [Add("second", SECOND), Swap("lamp", CLASS)], ids=["added", "swapped"])
+def test_a_second_decider_is_refused_in_the_check_and_the_first_goes_on(tmp_path: Path, change: Add | Swap) -> None:
+    async def script(director: Director) -> None:
+        report = await director.ask(change)
+        assert report.outcome is Outcome.REJECTED, report
+        (violation,) = [each for each in report.violations if each.field == "services.modes/decider"]
+        both = " and ".join(map(repr, sorted((change.component, PLANNER))))
+        assert f"a system has one component that decides on modes, not {both}: swap it" in violation.problem
+        await director.until(RECOVERS_AT + 2.0)
+
+    with running(tmp_path, ONCE, script) as system:
+        perform(system)
+        assert entered(system) == [DEGRADED, NORMAL]
+        assert "second" not in system.host.processes

@@ -1,0 +1,1 @@
+"""Decision files and the planners that decide by them."""

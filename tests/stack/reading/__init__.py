@@ -1,0 +1,1 @@
+"""Stack files are read: includes, overrides, references."""
