@@ -78,13 +78,14 @@ def _activations(found: dict[str, Any]) -> list[str]:
     return sorted((what for what in found["visits"] if what.startswith("spare.")), key=lambda what: what.split()[-1])
 
 
-@pytest.mark.parametrize("kind", ["kill", "stop", "hang"])
-def test_what_has_failed_is_left_in_its_tick_and_taken_again_when_it_is_back(
-    tmp_path: Path, kind: str, times: int
-) -> None:
-    found = _agree(tmp_path, HAND, f"2 driver {kind}", times=times)
-    assert _activations(found) == ["spare.activate at 2.05", "spare.deactivate at 2.55"]
-    assert found["visits"]["driver.recovered"] == 1
+def test_what_has_failed_is_left_in_its_tick_and_taken_again_when_it_is_back(tmp_path: Path, times: int) -> None:
+    found = _agree(tmp_path, HAND, "1 driver kill", "3 driver stop", "5 driver hang", times=times)
+    assert _activations(found) == [
+        f"spare.{transition} at {second + delay:.2f}"
+        for second in (1, 3, 5)
+        for transition, delay in (("activate", 0.05), ("deactivate", 0.55))
+    ]
+    assert found["visits"]["driver.recovered"] == 3
 
 
 def test_the_bandits_leave_what_has_failed_in_the_same_tick(tmp_path: Path, times: int) -> None:

@@ -14,7 +14,7 @@ import pytest
 
 from regraft import run_directory
 from regraft.run_directory import RunInfo
-from tests.hostile.components.test_broken_stacks import up
+from tests.hostile.components.test_broken_stacks import refusal, up
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.support.commands import AnyProcess, Command
 from tests.support.machine.processes import children_of, exists, wait_gone
@@ -282,11 +282,8 @@ def test_a_gateway_port_in_use_is_refused_before_anything_runs(stack: Write) -> 
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = taken.getsockname()[1]
-        done = up(
-            stack(SOURCE + f"  g: {{class: 'regraft.dashboard_api.gateway:Gateway', parameters: {{port: {port}}}}}\n")
-        )
-    assert done.returncode == 2
-    assert f"127.0.0.1:{port}" in done.stderr
+        gateway = f"  g: {{class: 'regraft.dashboard_api.gateway:Gateway', parameters: {{port: {port}}}}}\n"
+        assert f"127.0.0.1:{port}" in refusal(stack(SOURCE + gateway))
     wait_until(lambda: not run_directory.running(), "the lock to be free")
 
 

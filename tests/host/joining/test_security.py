@@ -7,17 +7,21 @@ from datetime import timedelta
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from regraft.security.access import Guard, NotSecure
 from regraft.security.certificates import CannotMake, make
 from regraft.security.system_secret import make as make_secret
+from tests.cli.app import whole
 from tests.host.moves.labs import certify
 from tests.host.several import TICKER, WAIT, Site
+from tests.support import paths
 from tests.support.commands import run
 from tests.support.machine.ports import free_port
 from tests.support.machine.processes import children_of
 
 YEAR = timedelta(days=365)
+FROG = str(paths.FROG)
 
 
 def _host(*arguments: str) -> tuple[int, str]:
@@ -89,10 +93,17 @@ def test_what_is_safe_or_wanted_is_taken(endpoint: str, guard: Guard) -> None:
     guard.check(endpoint)
 
 
-def test_up_refuses_to_listen_to_everybody(tmp_path: Path) -> None:
-    done = run("up", "regraft/stacks/frog", "--headless", "--listen", "tcp/0.0.0.0:7447")
-    assert done.returncode == 2
-    assert "whoever listens in can command the robot" in done.stderr
+def _refusal(*words: str) -> str:
+    """Return why a command is refused before anything begins, in this process."""
+    done = CliRunner().invoke(whole(), words)
+    assert done.exit_code == 2, (done.output, done.exception)
+    return done.stderr
+
+
+def test_up_refuses_to_listen_to_everybody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
+    said = _refusal("up", FROG, "--headless", "--listen", "tcp/0.0.0.0:7447")
+    assert "whoever listens in can command the robot" in said
 
 
 def test_keys_are_readable_by_their_owner_alone_and_the_authority_is_kept(tmp_path: Path) -> None:
@@ -129,18 +140,16 @@ def test_a_system_does_not_start_with_a_certificate_that_does_not_hold_now(
     make(tmp_path, ["local"])
     certify(tmp_path, "local", begins, ends)
     options = ["--headless", "--listen", f"tls/127.0.0.1:{free_port()}", "--tls", str(tmp_path)]
-    done = run("up", "regraft/stacks/frog", *options)
-    assert done.returncode == 2
-    assert text in done.stderr
-    assert done.stderr.endswith(f"'regraft certificates {tmp_path} local' makes a new one\n")
+    said = _refusal("up", FROG, *options)
+    assert text in said
+    assert said.endswith(f"'regraft certificates {tmp_path} local' makes a new one\n")
     assert not (tmp_path / "home").exists(), "nothing was begun"
 
 
 def test_a_host_does_not_start_with_a_certificate_that_does_not_hold_now(tmp_path: Path) -> None:
     make(tmp_path, ["edge"])
     certify(tmp_path, "edge", -2 * YEAR, -YEAR)
-    code, said = _host("--join", "tls/127.0.0.1:9", "--name", "edge", "--tls", str(tmp_path))
-    assert code == 2
+    said = _refusal("host", "--join", "tls/127.0.0.1:9", "--name", "edge", "--tls", str(tmp_path))
     assert "edge.pem has expired on " in said
 
 

@@ -137,15 +137,19 @@ def test_a_device_stays_on_its_machine_unless_the_other_has_one_too(moving: Movi
     "changes",
     [
         (SetParameters("totaller", {"offset": 4}), TO_EDGE),
-        (TO_EDGE, SetParameters("totaller", {"offset": 4})),
-        (TO_EDGE, Connect("totaller", "config", "items")),
         (TO_EDGE, Add("another", replace(ANOTHER, cls="tests.handover.parts:Totaller"), MORE)),
         (TO_EDGE, Move("sink", "edge"), Move("caller", "edge")),
         (TO_EDGE, Swap("sink")),
-        (DOUBLER, TO_EDGE),
-        (SetParameters("totaller", {"offset": 4}), TO_EDGE, Swap("totaller", DOUBLER.cls)),
         (TO_EDGE, Connect("totaller", "config", "items"), DOUBLER),
         (Swap("totaller", "tests.host.parts:Holder"), SetParameters("totaller", {"offset": 6}), TO_EDGE),
+        # The same in other orders, and in part.
+        pytest.param((TO_EDGE, SetParameters("totaller", {"offset": 4})), marks=pytest.mark.evidence),
+        pytest.param((TO_EDGE, Connect("totaller", "config", "items")), marks=pytest.mark.evidence),
+        pytest.param((DOUBLER, TO_EDGE), marks=pytest.mark.evidence),
+        pytest.param(
+            (SetParameters("totaller", {"offset": 4}), TO_EDGE, Swap("totaller", DOUBLER.cls)),
+            marks=pytest.mark.evidence,
+        ),
     ],
 )
 def test_with_other_changes_in_one_adaptation_and_back(moving: Moving, changes: tuple[Change, ...]) -> None:

@@ -5,10 +5,14 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import pytest
+from typer.testing import CliRunner
+
 from regraft.bus_schema.model.adaptation import Move, Outcome
 from regraft.bus_schema.model.hosts.host_state import HostState
+from tests.cli.app import whole
 from tests.host.several import STACK, Site
-from tests.support.commands import in_home, run
+from tests.support.commands import run
 from tests.support.hosts import wait_state
 from tests.support.waiting import wait_until
 
@@ -17,16 +21,19 @@ THRIFTY = "  thrifty: {class: 'tests.host.parts:Thrifty', host: edge}\n"
 EDGE = "edge: {when_lost: {move_to: local}, lost_after: 1.0, devices: [fpga], amounts: {accelerator_area: 1}}"
 
 
-def test_a_component_that_needs_a_device_does_not_start_on_a_host_without(tmp_path: Path) -> None:
+def test_a_component_that_needs_a_device_does_not_start_on_a_host_without(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
     stack = tmp_path / "stack.yaml"
     stack.write_text(STACK.replace("HOSTS", "{edge: {amounts: {accelerator_area: 1}}}") + FAST)
     for command in (("up", str(stack), "--headless"), ("stack", "check", str(stack))):
-        refused = run(*command, environment=in_home(tmp_path))
-        assert refused.returncode == 2, refused
+        refused = CliRunner().invoke(whole(), command)
+        assert refused.exit_code == 2, refused
         assert f"{stack}:13: components.fast: needs fpga for itself, and host 'edge' has none" in refused.stderr
     stack.write_text(STACK.replace("HOSTS", f"{{{EDGE}}}") + FAST)
-    placed = run("up", str(stack), "--headless", "--place", "fast=local", environment=in_home(tmp_path))
-    assert placed.returncode == 2
+    placed = CliRunner().invoke(whole(), ["up", str(stack), "--headless", "--place", "fast=local"])
+    assert placed.exit_code == 2
     assert "needs 0.5 accelerator_area, and host 'local' offers none" in placed.stderr
     assert "offered by: edge" in placed.stderr
 
