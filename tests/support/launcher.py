@@ -137,6 +137,18 @@ def _serve(orders: socket.socket) -> dict[str, Any] | None:
             os.close(used)
 
 
+def _build_commands() -> None:
+    """Import what a command imports first, which each would do again."""
+    from typer.main import get_command
+
+    from regraft.cli.extensions import add_extensions
+    from regraft.cli.main import build
+
+    app = build()
+    add_extensions(app)
+    get_command(app).make_context("regraft", ["ps"], resilient_parsing=True)
+
+
 def _import_classes(stack: str) -> None:
     from regraft.process.main import load_class
     from regraft.stack import load
@@ -161,6 +173,7 @@ def _begin(order: dict[str, Any]) -> None:
 if __name__ == "__main__":
     from regraft.cli.main import main
 
+    _build_commands()
     given = None
     with suppress(KeyboardInterrupt):
         if sys.argv[2]:

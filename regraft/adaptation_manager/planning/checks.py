@@ -60,7 +60,7 @@ async def check(
     found += [one if one.change is None else replace(one, change=changes[one.change][0]) for one in of_changes]
     if request.confirm:
         found += watch_violations(request.watch, request.confirm, plan.after)
-    plan = plan.with_host_rules(rules)  # what hosts offer themselves is theirs to say each time they join
+    plan = plan.with_host_rules(rules)  # hosts repeat their own offers each time they join
     return tuple(found), plan.asking(asked_after(architecture.asked_modes, entered, architecture.mode_parts))
 
 

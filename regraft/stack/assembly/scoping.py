@@ -132,7 +132,7 @@ class _Scoping:
 
         try:
             return Expression(condition).renamed(self._condition, mode)
-        except BadMessage:  # the section of the rules says so
+        except BadMessage:  # reported where the rules are read
             return condition
 
     def _expression(self, expression: str) -> str:

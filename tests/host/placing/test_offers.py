@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import json
 
+from regraft.bus_schema.messages.protocol.joining import JoinHost
 from regraft.bus_schema.model.adaptation import Add, Move, Outcome
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
+from regraft.bus_schema.model.hosts.offers import NO_OFFER, HostOffer
+from regraft.security.host_proof import seal_of
 from tests.host.placing.test_capability import EDGE, THRIFTY
 from tests.host.several import Site
 from tests.support.commands import run
@@ -68,3 +71,9 @@ def test_the_rescue_counts_what_a_joined_host_offers(site: Site) -> None:
     wait_until(lambda: bool(system.said("host.stranded", "edge")), "what has no room to be named")
     (event,) = system.said("host.stranded", "edge")
     assert "offers 0.2 accelerator_area, but its components need 0.25 (thrifty 0.25)" in event.text
+
+
+def test_the_seal_of_a_host_that_joins_covers_its_offer() -> None:
+    offers = (NO_OFFER, HostOffer(amounts={"power": 1.0}), HostOffer(amounts={"power": 2.0}), HostOffer(cpu=1.0))
+    seals = {seal_of(JoinHost("edge", "this process", offer=offer), b"key") for offer in offers}
+    assert len(seals) == len(offers)

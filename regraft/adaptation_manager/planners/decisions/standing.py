@@ -18,7 +18,7 @@ from regraft.bus_schema.model.robots.scoped_changes import Names
 
 @dataclass(frozen=True, slots=True)
 class Standing:
-    """The qualities that are measured of what stands, and from where; ``notes`` say which are not, and why."""
+    """The measured qualities of the present choice, with their sources; ``notes`` name those that are not, and why."""
 
     values: dict[str, MeasuredValue]
     sources: dict[str, dict[str, Measurement]]

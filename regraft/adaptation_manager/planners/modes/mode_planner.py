@@ -184,7 +184,7 @@ class ModePlanner(Component):
         return architecture, modes
 
     async def _own_modes(self, architecture: Architecture) -> dict[str, str]:
-        """Return the modes that earlier runs of this planner entered last, whatever they remembered."""
+        """Return the modes that earlier runs of this planner entered last, by the journal."""
         journal = JournalRequest(limit=JOURNAL_LINES)
         page = await self.kit.call(SHARED + JOURNAL, journal, JournalPage, timeout=self.answer_within)
         return entered_by(self.kit.name, page.entries, architecture.mode_parts)
