@@ -8,12 +8,12 @@ HOLDING: Final[tuple[Any, ...]] = (
     "Steady",
     {"requirement": "Steady"},
     {"quality": "gauge.level", "at_least": 4},
-    {"quality": "gauge.level", "at_most": 9.5, "unknown_for": 2},
+    {"quality": "gauge.level", "at_most": 9.5, "unknown_for": 20},
     {"quality": "gauge.level", "at_least": 0, "at_most": 10},
     {"quality": "gauge.level", "within": [0.0, 10]},
     {"component": "gauge", "state": "active"},
     {"require": "gauge.level <= gauge.shown and gauge.active"},
-    {"require": "gauge.works and gauge.wears == 0", "unknown_for": 1.5},
+    {"require": "gauge.works and gauge.wears == 0", "unknown_for": 15.5},
 )
 """Every form that there is, true of a gauge that shows 5 m and a requirement that is met."""
 MALFORMED: Final[tuple[tuple[Any, str, str], ...]] = (

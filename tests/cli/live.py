@@ -51,7 +51,7 @@ class System(Command):
     def ask(self, *arguments: str) -> Any:
         """Return the JSON that a command printed."""
         done = regraft(self.home, *arguments, "--json")
-        assert done.returncode == 0, done.stderr
+        assert done.returncode == 0, done.stdout + done.stderr
         return json.loads(done.stdout)
 
     def components(self) -> dict[str, dict[str, Any]]:

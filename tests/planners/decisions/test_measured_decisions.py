@@ -285,8 +285,8 @@ system: tests
 clock: real
 topics: {velocity: {type: regraft/Twist, writers: many}}
 components:
-  navigator: {class: 'tests.planners.test_measured_decisions:Driver'}
-  sleeper: {class: 'tests.planners.test_measured_decisions:Silent'}
+  navigator: {class: 'tests.planners.decisions.test_measured_decisions:Driver'}
+  sleeper: {class: 'tests.planners.decisions.test_measured_decisions:Silent'}
   wheels: {command: [wheels], managed: false, inputs: {velocity: regraft/Twist}}
 """
 
