@@ -12,6 +12,7 @@ import pytest
 from tests.adaptation.conditions import HOLDING, MALFORMED, UNKNOWN
 from tests.cli.live import System, regraft
 from tests.support.tables import check_each
+from tests.support.waiting import wait_until
 
 STACK = """\
 system: tiny
@@ -42,6 +43,8 @@ def gauged(tmp_path_factory: pytest.TempPathFactory) -> Iterator[System]:
     for name, request in (("low", LOW), ("strict", STRICT)):
         (folder / name).write_text(json.dumps(request))
     with System(folder / "home", command=("up", str(folder), "--headless")) as system:
+        tried = ("mode", "high", "--dry-run", "--confirm", "0.6", "--watch", "Steady")
+        wait_until(lambda: regraft(system.home, *tried).returncode == 0, "a report of the requirement")
         yield system
 
 
