@@ -18,6 +18,7 @@ from regraft.bus_schema.messages.management.system import ComponentState, System
 from regraft.bus_schema.messages.protocol.host import HostStatus
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.hosts.host_state import HostState
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.system_topics import (
     DIAGNOSTICS,
@@ -43,6 +44,8 @@ KINDS = {
     "component.quarantined": SystemFaultKind.QUARANTINED,
 }
 """The faults that events speak of, by the kind of the event."""
+GONE = {HostState.LOST: "is lost", HostState.LEFT: "has left"}
+"""The states of a host after which nothing runs there."""
 HUNG = "component.hung"
 REMOVED = "component.removed"
 
@@ -89,7 +92,7 @@ class HostSystemTopics:
             keys.diagnostics: ({DIAGNOSTICS}, lambda s: view.take_diagnostic(codec.decode(s.payload, Diagnostic))),
             keys.quality("**"): ({QUALITIES}, lambda s: view.take_quality(codec.decode(s.payload, Quality))),
             keys.qualities("*"): ({MEASUREMENTS}, self._take_measured),
-            keys.host(self._host, "status"): ({HOSTS}, self._take_hosts),
+            keys.host(self._host, "status"): ({HOSTS, FAULTS, STATES, MEASUREMENTS}, self._take_hosts),
         }
 
     def publish(self) -> None:
@@ -169,7 +172,20 @@ class HostSystemTopics:
         self._view.take_measured(replace(codec.decode(sample.payload, MeasuredQualities), stamp=self._now))
 
     def _take_hosts(self, sample: Sample) -> None:
-        self._view.take_hosts(codec.decode(sample.payload, HostStatus).others)
+        others = codec.decode(sample.payload, HostStatus).others
+        self._view.take_hosts(others)
+        for other in others:
+            if other.state in GONE:
+                self._take_gone(other.host, GONE[other.state])
+
+    def _take_gone(self, host: str, how: str) -> None:
+        """Take the ends of what ran on a host that is gone: the host itself can report none."""
+        components = self._known.components if self._known else {}
+        for name, known in list(self._view.states.items()):
+            if name in components and components[name].host == host and known.state is not None:
+                text = f"host {host!r} {how}"
+                died = SystemFaultKind.DIED
+                self._view.take_fault(SystemFault(self._now, name, known.incarnation, died, text, "host_gone"))
 
 
 def _incarnation(event: Event, known: ComponentState | None) -> int:

@@ -169,10 +169,10 @@ class Unrepeatable:
 
     def _is_authored(self, module: str, file: str | None) -> bool:
         package = package_of(module)
-        if package == self._package:
-            return True
         if package.partition(".")[0] == "regraft" and package not in LIKE_AUTHORS:
             return False
+        if package == self._package:
+            return True
         if package in sys.stdlib_module_names or file is None:
             return False
         return not file.startswith(self._libraries) and not file.startswith("<")

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import pytest
+
 from tests.cli.conftest import Regraft
 from tests.support.paths import ROOT
 
@@ -14,7 +16,7 @@ FROG = ROOT / "regraft" / "stacks" / "frog"
 def test_check_says_what_is_right_and_what_planners_cannot_express(regraft: Regraft) -> None:
     done = regraft("decision", "check", str(FROG / "decisions" / "speed.yaml"), "--stack", str(FROG / "decided.yaml"))
     assert done.exit_code == 0, done.output
-    assert "1 choices, 3 entries of context: right" in done.stdout
+    assert "1 choice, 3 entries of context: right" in done.stdout
     assert "forecast cannot express objective.settle: it measures no effect" in done.stdout
 
 
@@ -49,3 +51,20 @@ def test_show_explains_what_would_be_chosen(regraft: Regraft) -> None:
     assert plain["proven"] is True
     wrong = regraft(*asked_for, "--solver", "cpsat")
     assert (wrong.exit_code, "did you mean 'cp_sat'" in wrong.stderr) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("given", "problem"),
+    [
+        ("neerest=1", "there is no entry of context 'neerest'; did you mean 'nearest'?"),
+        ("nearest=1e400", "1e400 is too large for a number"),
+        ("nearest", "must be NAME=VALUE"),
+    ],
+)
+def test_a_context_that_cannot_be_is_refused_before_anything_is_shown(
+    regraft: Regraft, given: str, problem: str
+) -> None:
+    file = str(FROG / "decisions" / "speed.yaml")
+    done = regraft("decision", "show", file, "--stack", "frog/decided.yaml", "--context", given)
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert f"--context {given}: {problem}" in done.stderr

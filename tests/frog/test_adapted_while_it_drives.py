@@ -247,3 +247,7 @@ def _drives_slowly(frog: Frog, odometry: list[Odometry], since: float) -> None:
     frog.wait_for_time(6.0)
     assert len(speeds()) > 100
     assert max(speeds()) <= 0.105
+
+
+def test_none_of_frogs_components_is_called_unrepeatable(frog: Frog) -> None:
+    assert "component.unrepeatable" not in frog.log.read_text()

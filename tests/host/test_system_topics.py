@@ -14,7 +14,9 @@ from regraft.bus_schema.encoding.registry import type_of
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.health import ComponentStatus, Event
 from regraft.bus_schema.messages.management.system import SystemFaults, SystemStates
+from regraft.bus_schema.messages.protocol.host import HostStatus, OtherHost
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.bus_schema.model.hosts.host_state import HostState
 from regraft.bus_schema.model.lifecycle import State
 from regraft.host.system_topics import HostSystemTopics
 from regraft.runtime.core.clock import RealClock
@@ -39,6 +41,9 @@ class Heard:
     def event(self, kind: str, details: dict[str, Any]) -> None:
         self._put(KEYS.event, Event(0.0, kind, "laser", kind, details))
 
+    def host(self, host: str, state: HostState) -> None:
+        self._put(KEYS.host("local", "status"), HostStatus("local", 0.0, 1, (), others=(OtherHost(host, state),)))
+
     def _put(self, key: str, message: object) -> None:
         publisher = self.bus.publisher(key, type_of(type(message)).encoding, reliable=True)
         publisher.put(codec.encode(message), Envelope("tester", 1, 1, 1, 0).to_bytes())
@@ -52,7 +57,15 @@ class Heard:
 def heard() -> Heard:
     hub = MemoryHub()
     topics = HostSystemTopics(MemoryBus(hub), KEYS, "local", RealClock(), lambda run: run())
-    topics.see(Architecture("t", 1, False, {"reader": READER, "laser": ComponentSpec("laser")}, {}))
+    topics.see(
+        Architecture(
+            "t",
+            1,
+            False,
+            {"reader": READER, "laser": ComponentSpec("laser"), "far": ComponentSpec("far", host="edge")},
+            {},
+        )
+    )
     made = Heard(MemoryBus(hub), topics)
     for topic, cls in (("system/states", SystemStates), ("system/faults", SystemFaults)):
 
@@ -94,3 +107,22 @@ def test_every_run_that_reads_gets_the_present_state_once_it_is_active(heard: He
     heard.said.clear()
     heard.status("reader", 2)
     assert heard.said == []
+
+
+@pytest.mark.parametrize("state", [HostState.LOST, HostState.LEFT])
+def test_components_have_no_run_once_their_host_is_gone_until_their_next_run(heard: Heard, state: HostState) -> None:
+    heard.status("laser", 1)
+    heard.status("far", 1)
+    heard.host("edge", HostState.SILENT)
+    assert heard.last(SystemStates).state_of("far") is State.ACTIVE
+    for _ in range(2):
+        heard.host("edge", state)
+    found = heard.last(SystemStates)
+    assert (found.state_of("far"), found.state_of("laser")) == (None, State.ACTIVE)
+    heard.host("edge", HostState.JOINED)
+    heard.status("far", 2)
+    news = [fault for said in heard.said if isinstance(said, SystemFaults) for fault in said.news]
+    assert [(fault.component, fault.kind.value, fault.code) for fault in news] == [
+        ("far", "died", "host_gone"),
+        ("far", "recovered", "another_run"),
+    ]

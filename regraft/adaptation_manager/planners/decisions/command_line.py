@@ -17,12 +17,14 @@ from regraft.adaptation_manager.planners.decisions.scoping import estimates_in, 
 from regraft.adaptation_manager.planners.decisions.showing import choice_lines, choice_plain, decision_lines
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.suggestions import no_such
 from regraft.cli.outcomes import BadInput
 from regraft.cli.terminal.numbers import seconds
 from regraft.cli.terminal.options import JsonOption, RobotOption
 from regraft.cli.terminal.output import say, show_json
 from regraft.stack import StackError, load
-from regraft.stack.yaml.nodes import scalar
+from regraft.stack.installed import stack_file
+from regraft.stack.yaml.nodes import NumberTooLarge, scalar
 
 decision = typer.Typer(
     help="Check decision files, and show what is chosen.", no_args_is_help=True, rich_markup_mode=None
@@ -48,7 +50,9 @@ def check(file: FileArgument, stack: StackOption = None, robot: RobotOption = ""
     if as_json:
         show_json({"file": str(file), "learning": learning, "predicting": predicting})
         return
-    say(f"{file}: {len(found.slots)} choices, {len(found.context)} entries of context: right")
+    choices = "1 choice" if len(found.slots) == 1 else f"{len(found.slots)} choices"
+    entries = "1 entry" if len(found.context) == 1 else f"{len(found.context)} entries"
+    say(f"{file}: {choices}, {entries} of context: right")
     for kind, parts in (("bandits", learning), ("forecast", predicting)):
         for part in parts:
             say(f"{kind} cannot express {part['field']}: {part['why']}")
@@ -66,14 +70,16 @@ def show(
 ) -> None:
     """Show a decision; with a stack, also what would be chosen there by what is expected, and why."""
     found, architecture = _read(file, stack, robot)
-    if not as_json:
-        for line in decision_lines(found):
-            say(line)
-    if architecture is None:
-        return
+    known = _context(context or [], found)
     try:
-        asked = question_of(found, _context(context or []), estimates_in(architecture, robot))
-        chosen = asked.choose(architecture, solver_named(solver), Effort(deadline=deadline))
+        by = solver_named(solver)
+        if not as_json:
+            for line in decision_lines(found):
+                say(line)
+        if architecture is None:
+            return
+        asked = question_of(found, known, estimates_in(architecture, robot))
+        chosen = asked.choose(architecture, by, Effort(deadline=deadline))
     except (BadMessage, CannotSolve) as error:
         raise BadInput(f"{file}: {error}") from None
     if as_json:
@@ -88,7 +94,7 @@ def _read(file: Path, stack: Path | None, robot: str) -> tuple[Decision, Archite
         found = in_scope(read_decision(file), robot)
         if stack is None:
             return found, None
-        architecture = load(stack).architecture
+        architecture = load(stack_file(stack)).architecture
         report = locations_in(file)
         check_in(found, architecture, estimates_in(architecture, robot), report, robot)
         report.raise_if_any()
@@ -97,11 +103,17 @@ def _read(file: Path, stack: Path | None, robot: str) -> tuple[Decision, Archite
     return found, architecture
 
 
-def _context(given: list[str]) -> dict[str, Any]:
+def _context(given: list[str], decision: Decision) -> dict[str, Any]:
+    names = [entry.name for entry in decision.context]
     found = {}
     for each in given:
         name, equals, value = each.partition("=")
         if not equals or not name:
             raise BadInput(f"--context {each}: must be NAME=VALUE")
-        found[name] = scalar(value)
+        if name not in names:
+            raise BadInput(f"--context {each}: {no_such('entry of context', name, names)}")
+        try:
+            found[name] = scalar(value)
+        except NumberTooLarge as error:
+            raise BadInput(f"--context {each}: {error}") from None
     return found
