@@ -100,8 +100,8 @@ class Expression:
         """
         lines = [line.encode() for line in self.text.strip().splitlines(keepends=True)]
         new = {part: rename(name) for part in self._parts if (name := _name(part)) is not None}
-        for name, held in self._compared_texts():
-            found = text(name, held.value)
+        for name, held in self._comparisons():
+            found = text(name, held.value) if isinstance(held.value, str) else held.value
             if found != held.value:
                 new[held] = repr(found)
         for node in sorted(new, key=lambda node: (node.lineno, node.col_offset), reverse=True):
@@ -110,14 +110,21 @@ class Expression:
             lines[first : last + 1] = [put]
         return b"".join(lines).decode()
 
-    def _compared_texts(self) -> Iterator[tuple[str, Any]]:
-        """Yield each text with the name that it is compared with."""
+    def compared(self) -> Iterator[tuple[str, Any]]:
+        """Yield each name that is compared with a constant, and the constant.
+
+        >>> list(Expression("laser.state == 'gone' or 0.3 > laser.clearness").compared())
+        [('laser.state', 'gone'), ('laser.clearness', 0.3)]
+        """
+        return ((name, held.value) for name, held in self._comparisons())
+
+    def _comparisons(self) -> Iterator[tuple[str, ast.Constant]]:
         for part in self._parts:
             sides = [part.left, *part.comparators] if isinstance(part, ast.Compare) else []
             for one, other in itertools.pairwise(sides):
                 for named, held in ((one, other), (other, one)):
                     name = _name(named)
-                    if name is not None and isinstance(held, ast.Constant) and isinstance(held.value, str):
+                    if name is not None and isinstance(held, ast.Constant):
                         yield name, held
 
     def value(self, names: Mapping[str, Any]) -> Any:

@@ -83,7 +83,7 @@ class SystemView:
             self._forget_measured(state.component)
         fault = self.faults.get(state.component)
         if fault is not None and state.incarnation > fault.incarnation and not state.failure:
-            text = f"another run of {state.component} is there"
+            text = f"{state.component} has been started again"
             recovered = SystemFaultKind.RECOVERED
             self.take_fault(SystemFault(stamp, state.component, state.incarnation, recovered, text, "another_run"))
 

@@ -9,8 +9,9 @@ from enum import Enum
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.expressions import Expression
+from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.mode_rules import ModeRule
-from regraft.bus_schema.model.modes.mode_parts import SYSTEM, part_of
+from regraft.bus_schema.model.modes.mode_parts import DEFAULT, SYSTEM, part_of
 from regraft.bus_schema.suggestions import instead_of, no_such
 
 GONE = "gone"
@@ -118,7 +119,25 @@ def condition_problems(rule: ModeRule, architecture: Architecture) -> list[str]:
         return [str(error)]
     if not names:
         return [f"{rule.when!r} speaks of nothing that changes"]
-    return [problem for _, known, problem in _names(rule, architecture) if known is None]
+    problems = [problem for _, known, problem in _names(rule, architecture) if known is None]
+    return problems or list(_misfits(rule, architecture))
+
+
+def _misfits(rule: ModeRule, architecture: Architecture) -> Iterator[str]:
+    """Yield the comparisons that can never hold, for the value that a name is compared with."""
+    known = names_of((rule,), architecture)
+    for name, value in condition_of(rule).compared():
+        kind, owner = known[name].kind, known[name].owner
+        if kind is NameKind.STATE:
+            states = [*(state.value for state in State), GONE]
+            if value not in states:
+                yield f"{name} is compared with {value!r}: {no_such('state', str(value), states)}"
+        elif kind in OF_PARTS:
+            modes = ["", DEFAULT, *(mode for mode in architecture.modes if part_of(mode) == owner)]
+            if value not in modes:
+                yield f"{name} is compared with {value!r}: {no_such('mode of it', str(value), modes[1:])}"
+        elif isinstance(value, str):
+            yield f"{name} is compared with the text {value!r}, and is none"
 
 
 def target_of(rule: ModeRule) -> str:
