@@ -45,5 +45,7 @@ UNKNOWN: Final[tuple[tuple[Any, str, str], ...]] = (
     ({"quality": "gauge.level", "at_least": 11}, "quality", "can never be at least 11: gauge.level has"),
     ({"component": "gague", "state": "active"}, "component", "did you mean 'gauge'?"),
     ({"require": "gauge.shwn > 0.5"}, "require", "did you mean 'shown'?"),
+    ({"require": "gauge.level < 'a'"}, "require", "gauge.level is a number, and is compared with the text 'a'"),
+    ({"require": "gauge.active > 3"}, "require", "gauge.active is true or false, and is compared with 3"),
 )
-"""Conditions over what is not there."""
+"""Conditions over what is not there, or of the wrong kind."""

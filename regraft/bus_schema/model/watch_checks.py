@@ -41,11 +41,25 @@ def _problems(condition: Condition, confirm: float, after: Architecture) -> Iter
         else:
             yield from _of_quality(found, quality, condition, confirm)
     elif condition.require:
-        for name in Expression(condition.require).names:
-            found = _component(split_parameter(name)[0], after)
-            problem = found if isinstance(found, str) else _of_name(found, split_parameter(name)[1], confirm)
-            if problem:
-                yield problem
+        yield from _of_expression(Expression(condition.require), confirm, after)
+
+
+def _of_expression(expression: Expression, confirm: float, after: Architecture) -> Iterator[str]:
+    wrong = set()
+    for name in expression.names:
+        found = _component(split_parameter(name)[0], after)
+        problem = found if isinstance(found, str) else _of_name(found, split_parameter(name)[1], confirm)
+        if problem:
+            wrong.add(name)
+            yield problem
+    for name, value in expression.compared():
+        component, what = split_parameter(name)
+        if name in wrong or _has_parameter(after.components[component], what):
+            continue
+        if what == ACTIVE and not isinstance(value, bool):
+            yield f"{name} is true or false, and is compared with {value!r}"
+        elif what != ACTIVE and isinstance(value, str):
+            yield f"{name} is a number, and is compared with the text {value!r}"
 
 
 def _component(name: str, after: Architecture) -> ComponentSpec | str:
@@ -89,13 +103,17 @@ def _too_short(spec: ComponentSpec, confirm: float) -> Iterator[str]:
 
 def _of_name(spec: ComponentSpec, what: str, confirm: float) -> str:
     """Return why an expression cannot speak of something of a component; empty if it can."""
-    if what == ACTIVE or (spec.description is not None and spec.description.parameter(what) is not None):
+    if what == ACTIVE or _has_parameter(spec, what):
         return ""
     if what in qualities_of(spec.description):
         return next(_too_short(spec, confirm), "")
     parameters = [parameter.name for parameter in spec.description.parameters] if spec.description else []
     known = (*parameters, *qualities_of(spec.description), ACTIVE)
     return f"{spec.name} has no parameter or measured quality {what!r}; {instead_of(what, known)}"
+
+
+def _has_parameter(spec: ComponentSpec, name: str) -> bool:
+    return spec.description is not None and spec.description.parameter(name) is not None
 
 
 def _no_quality(spec: ComponentSpec, name: str) -> str:
