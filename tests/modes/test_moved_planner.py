@@ -72,7 +72,7 @@ def _continue(system: System) -> None:
 def test_rules_continue_on_another_host(system: System, host: str) -> None:
     _wait_for_next(system, "recover")
     _adapt(system, Move(PLANNER, host))
-    assert system.client.components()[PLANNER].host == host
+    wait_until(lambda: system.client.components()[PLANNER].host == host, f"the report of {host}")
     _continue(system)
 
 
