@@ -1,1 +1,1 @@
-"""What changes cost, and what they lose."""
+"""The cost of changes, and the messages that they lose."""

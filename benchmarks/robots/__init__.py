@@ -1,1 +1,1 @@
-"""What whole robots cost: their speed, memory, devices, qualities and estimates."""
+"""The cost of whole robots: speed, memory, devices, qualities and estimates."""

@@ -55,8 +55,9 @@ class NothingThere(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """Whom to join, as what. ``system`` None takes the one that is there; ``stack_folder`` None looks for it.
+    """The system to join, and the name to join by.
 
+    ``system`` None takes the one that is there; ``stack_folder`` None looks for it.
     ``offer`` is what the host offers in addition to what the stack names.
     """
 

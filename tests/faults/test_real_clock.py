@@ -32,7 +32,7 @@ READERS = ("adaptation_manager", "decider", "summary")
 
 @dataclass
 class Heard:
-    """What is heard of the system from its start."""
+    """All that is heard of the system from its start."""
 
     faults: list[SystemFaults] = field(default_factory=list)
     states: list[SystemStates] = field(default_factory=list)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -175,9 +175,8 @@ def test_the_detector_moves_to_a_second_host_and_back_and_the_mission_does_not_n
             answer = frog.rest.post("/components/detector/move", json={"host": host})
             assert answer.status_code == 200, answer.text
             assert (answer.json()["outcome"], answer.json()["steps"][1]["state"]) == ("applied", "done")
-            wait_until(lambda host=host: _host_of(frog, "detector") == host, f"the detector at {host}")  # type: ignore[misc]
-            heard = len(looks)
-            wait_until(lambda heard=heard: len(looks) > heard, "the detector to look again")  # type: ignore[misc]
+            _wait_for_host(frog, "detector", host)
+            _wait_for_more(looks, "the detector to look again")
         clock = frog.clock()
         assert (clock.reproducible, clock.dropped) == (True, ())
         assert not [one for one in missions if one.state in FAILED]
@@ -185,9 +184,17 @@ def test_the_detector_moves_to_a_second_host_and_back_and_the_mission_does_not_n
         assert edge.end() == 0
 
 
-def _host_of(frog: Frog, component: str) -> str | None:
-    seen = frog.client.components().get(component)
-    return seen.host if seen else None
+def _wait_for_host(frog: Frog, component: str, host: str) -> None:
+    def is_there() -> bool:
+        seen = frog.client.components().get(component)
+        return seen is not None and seen.host == host
+
+    wait_until(is_there, f"{component} at {host}")
+
+
+def _wait_for_more(heard: Sequence[object], what: str) -> None:
+    before = len(heard)
+    wait_until(lambda: len(heard) > before, what)
 
 
 def test_a_second_up_of_the_same_system_and_a_port_in_use_are_said_before_anything_runs(frog: Frog) -> None:

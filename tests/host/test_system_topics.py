@@ -1,4 +1,4 @@
-"""What a system says of itself under the real clock, in whatever order the first host hears of it."""
+"""The topics ``system/...`` under the real clock, in each order in which the first host hears of events."""
 
 from __future__ import annotations
 

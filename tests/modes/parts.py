@@ -97,7 +97,7 @@ NONSENSE: dict[str, Callable[[], Any]] = {
     "raises": _no_air,
     "no map": lambda: 0.1,
 }
-"""What a component may give that is no quality."""
+"""Values that a component may give, and that are no quality."""
 
 
 class Laser(Killer):

@@ -1,4 +1,4 @@
-"""Whoever dies at whichever step of a mode's adaptation, in simulated time: no revision is half a mode."""
+"""Deaths at each step of a mode's adaptation, in simulated time: no revision is half a mode."""
 
 from __future__ import annotations
 

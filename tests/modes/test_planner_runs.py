@@ -121,7 +121,7 @@ def test_it_sees_what_is_so_on_its_return(
 
 
 EAGER = ONCE.replace(":ModePlanner'", ":ModePlanner', parameters: {manual_hold: 0.0}")
-"""What others enter is not left alone."""
+"""Modes that others enter are not left alone."""
 BRIEF = EAGER.replace("failures: 1", "failures: 1, recovers_after: 0.2")
 
 

@@ -1,1 +1,1 @@
-"""What is refused, before anything is touched."""
+"""Changes that are refused before anything is touched."""

@@ -1,1 +1,1 @@
-"""What fails on the way, and how it is undone."""
+"""Adaptations that fail on the way, and how they are undone."""

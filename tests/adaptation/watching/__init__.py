@@ -1,1 +1,1 @@
-"""What is watched after an adaptation, and measured."""
+"""Conditions that are watched after an adaptation, and qualities that are measured."""

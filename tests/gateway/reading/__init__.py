@@ -1,1 +1,1 @@
-"""What the gateway shows."""
+"""The pages that the gateway shows."""

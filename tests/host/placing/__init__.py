@@ -1,1 +1,1 @@
-"""What hosts offer, and what is placed where."""
+"""The offers of hosts, and the components placed by them."""

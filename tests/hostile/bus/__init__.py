@@ -1,1 +1,1 @@
-"""What strangers put on the bus."""
+"""Messages that strangers put on the bus."""

@@ -1,1 +1,1 @@
-"""What both buses promise."""
+"""The promises of both buses."""

@@ -85,7 +85,7 @@ NONSENSE = {
     "raises": "evaluate raised RuntimeError: no air",
     "no map": "",
 }
-"""What a component may give as its quality, and why it does not count. Thirty per cent is the wrong unit of a share."""
+"""Values that do not count as a quality, and why not. Thirty per cent is the wrong unit of a share."""
 
 
 def test_nonsense_is_unknown_holds_nothing_and_the_planner_says_so(tmp_path: Path) -> None:

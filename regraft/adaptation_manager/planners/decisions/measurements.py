@@ -86,11 +86,6 @@ def _measurement(message: SystemMeasurements | None, component: str, quality: st
     latest = None if message is None else message.of(component)
     if latest is None:
         return Measurement(why=f"{component} is not active, or has measured nothing yet")
-    if latest.is_late(now):
-        why = f"late: measured at {latest.stamp:g} s, and not every {latest.period:g} s since"
-        return Measurement(stamp=latest.stamp, why=why)
-    if quality in latest.values:
-        return Measurement(latest.values[quality], latest.stamp)
-    if quality in latest.unknown:
-        return Measurement(stamp=latest.stamp, why=latest.unknown[quality])
-    return Measurement(stamp=latest.stamp, why=f"{component} measures no {quality!r}", declared=False)
+    why = latest.why_unknown(quality, now)
+    declared = quality in latest.values or quality in latest.unknown
+    return Measurement(None if why else latest.values[quality], latest.stamp, why, declared)

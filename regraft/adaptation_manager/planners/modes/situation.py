@@ -133,10 +133,8 @@ def measured_values(
                 why[name] = f"{known.owner} has no run"
             elif latest is None or latest.incarnation != runs[known.owner]:
                 why[name] = "not measured yet"
-            elif latest.is_late(now):
-                why[name] = f"late: measured at {latest.stamp:g} s"
-            elif known.field in latest.values:
-                values[name] = latest.values[known.field]
+            elif unknown := latest.why_unknown(known.field, now):
+                why[name] = unknown
             else:
-                why[name] = latest.unknown.get(known.field, "not given")
+                values[name] = latest.values[known.field]
     return Values(values, why)

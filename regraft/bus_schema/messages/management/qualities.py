@@ -32,3 +32,11 @@ class MeasuredQualities:
     def is_late(self, now: float) -> bool:
         """Return whether newer ones should have come, ``now`` being on the component's clock."""
         return now - self.stamp > LATE_PERIODS * self.period
+
+    def why_unknown(self, quality: str, now: float) -> str:
+        """Return why a quality does not count at ``now``, on the component's clock; empty if it does."""
+        if self.is_late(now):
+            return f"late: measured at {self.stamp:g} s, and not every {self.period:g} s since"
+        if quality in self.values:
+            return ""
+        return self.unknown.get(quality, f"{self.component} measures no {quality!r}")
