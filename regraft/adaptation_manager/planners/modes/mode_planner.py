@@ -61,7 +61,6 @@ class ModePlanner(Component):
     dwell = _seconds(1.0, "how long a mode stays that a rule has entered, where the rule says nothing")
     manual_hold = _seconds(30.0, "how long a mode that others have entered or left is left alone")
     retry = _seconds(1.0, "time until a mode is tried again that could not be entered")
-    measure_every = _seconds(0.1, "time between two looks at the qualities that conditions speak of")
     circle_window = _seconds(20.0, "in which a mode may be entered circle_limit times")
     circle_limit = Parameter(4, "how often rules enter a mode in circle_window before they are suspended", minimum=2)
     circle_pause = _seconds(60.0, "how long rules are suspended that lead in a circle, all but the first")
@@ -87,8 +86,7 @@ class ModePlanner(Component):
         self._modes: SystemModes | None = None
         self._names: dict[str, ConditionName] = {}
         self._wanted: dict[str, tuple[str, ...]] = {}
-        self._values = self._measured_values = Values({}, {})
-        self._measure_at = 0.0
+        self._values = Values({}, {})
         self._seen_states: SystemStates | None = None
         self._complaint = ""
         self._is_new = True
@@ -141,12 +139,9 @@ class ModePlanner(Component):
     async def _look(self) -> None:
         architecture, modes = await self._seen()
         states, faults, requirements = self._news()
-        if self.kit.now() >= self._measure_at:
-            measurements = self.measurements.latest
-            self._measured_values = measured_values(self._names, states, measurements, self.kit.now())
-            self._measure_at = self.kit.now() + self.measure_every
-        self._values = values_of(self._names, states, faults, requirements, modes, self._measured_values)
         now = self.kit.now()
+        measured = measured_values(self._names, states, self.measurements.latest, now)
+        self._values = values_of(self._names, states, faults, requirements, modes, measured)
         self._enforcement.look(self._values, now, fallen_out(self._wanted, architecture, states, faults))
         rule = self._enforcement.due(now, self._times())
         if rule is not None:
