@@ -18,6 +18,8 @@ from regraft.evaluation.rows import Rows
 
 Changes = Mapping[str, Any]
 """The differences to a stack file: maps are merged with the file's, everything else takes its place."""
+Measure = Callable[[Rows], float]
+"""A figure of one run, of its rows; NaN where the run does not determine it."""
 NO_SCENARIO = ""
 
 
@@ -103,6 +105,8 @@ class Study:
     ``configurations`` are by the definitions that they go by: studies with one reading of their measures have one.
     ``additions`` are merged into the stack file of every run, the configuration's changes into the result.
     ``timing_only`` states what is different in a run of this number where all runs have one seed.
+    ``measures`` are all figures of a run, by the definitions and by name: each has a column in the results.
+    ``claims`` is the file of what the study claims, written before its runs.
     """
 
     name: str
@@ -114,3 +118,5 @@ class Study:
     timing_only: Callable[[int], Changes] = nothing
     seconds: float = 300.0
     runs: int = 25
+    measures: Mapping[str, Mapping[str, Measure]] = field(default_factory=dict)
+    claims: Path | None = None

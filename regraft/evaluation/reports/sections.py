@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,10 +11,7 @@ import numpy as np
 from regraft.bus_schema.model.adaptation import Outcome
 from regraft.evaluation.reports.markdown import UNKNOWN, mean_and_sd, number, p_value, table
 from regraft.evaluation.reports.statistics import compare, holm, interval, summary
-from regraft.evaluation.rows import Rows
-from regraft.evaluation.study import Results, RunRecord
-
-Measure = Callable[[Rows], float]
+from regraft.evaluation.study import Measure, Results, RunRecord
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from regraft.evaluation.reports.figures import COLOURS
-from regraft.evaluation.reports.sections import Arms, Measure
+from regraft.evaluation.reports.sections import Arms
 from regraft.evaluation.rows import TIME, Rows
 from regraft.evaluation.study import RunRecord
 from regraft.stacks.frog.studies import rounds_measures as measures

@@ -10,7 +10,6 @@ from regraft.evaluation.reports.markdown import UNKNOWN, mean_and_sd, number, p_
 from regraft.evaluation.reports.sections import (
     Arms,
     Claim,
-    Measure,
     adaptations_table,
     arms_of,
     comparisons_table,
@@ -21,7 +20,7 @@ from regraft.evaluation.reports.sections import (
 )
 from regraft.evaluation.reports.statistics import summary
 from regraft.evaluation.rows import Rows
-from regraft.evaluation.study import Report, Results
+from regraft.evaluation.study import Measure, Report, Results
 from regraft.stacks.frog.studies import rounds_measures as measures
 from regraft.stacks.frog.studies.architecture_figures import figures
 from regraft.stacks.frog.studies.published_results import PUBLISHED, PUBLISHED_P
