@@ -38,6 +38,7 @@ class Wanted:
     """A campaign's plan: so many runs of each configuration, from a seed on, of so many simulated seconds.
 
     With ``one_seed`` all runs have the first seed, and differ only by what the study states that differs in time.
+    ``seeds`` are given one by one instead of from a first one on, as many as there are runs.
     """
 
     study: Study
@@ -47,13 +48,14 @@ class Wanted:
     seed: int
     seconds: float
     one_seed: bool = False
+    seeds: tuple[int, ...] = ()
 
     def plans(self) -> list[Plan]:
         """Return the runs: the first of each configuration, then the second of each, and so on."""
         return [self._plan(each, number) for number in range(1, self.runs + 1) for each in self.configurations]
 
     def _plan(self, configuration: Configuration, number: int) -> Plan:
-        seed = self.seed if self.one_seed else self.seed + number - 1
+        seed = self._seed(number)
         changes = [self.study.additions, configuration.changes(seed)]
         if self.one_seed:
             changes.append(self.study.timing_only(number))
@@ -68,6 +70,11 @@ class Wanted:
             tuple(changes),
         )
 
+    def _seed(self, number: int) -> int:
+        if self.seeds:
+            return self.seeds[number - 1]
+        return self.seed if self.one_seed else self.seed + number - 1
+
     def about(self) -> dict[str, object]:
         """Return what must be equal when a campaign is continued; configurations and runs may be added."""
         return {
@@ -76,6 +83,7 @@ class Wanted:
             "seed": self.seed,
             "seconds": self.seconds,
             "one_seed": self.one_seed,
+            **({"seeds": list(self.seeds)} if self.seeds else {}),
         }
 
 

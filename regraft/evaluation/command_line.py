@@ -1,4 +1,4 @@
-"""``regraft evaluate``: runs a study and writes its report."""
+"""``regraft evaluate``: runs studies, writes their reports, and checks what is published of them."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ import shlex
 import signal
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, Final
 
 import typer
+from typer.core import TyperGroup
 
 from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.outcomes import FAILED, BadInput, Failed
@@ -18,22 +20,53 @@ from regraft.cli.terminal.numbers import seconds as parse_seconds
 from regraft.cli.terminal.numbers import whole
 from regraft.cli.terminal.output import complain, say
 from regraft.evaluation.campaign import BadCampaign, Campaign, NoRoom, Progress, Wanted, write_files
+from regraft.evaluation.claims.model import SeedSet
 from regraft.evaluation.finding import NoSuchStudy, find_study
+from regraft.evaluation.publishing.commands import claims, claims_of, fill_tables, results_and_verdicts, verify_results
+from regraft.evaluation.results.table import table_text
 from regraft.evaluation.runs.run_directory import BadRun
 from regraft.evaluation.study import Configuration, Study
 from regraft.process.trial.trial_import import check_imports
 
-REPORT = "report.md"
+REPORT, RESULTS = "report.md", "results.csv"
 
 
-def evaluate(
+class Studies(TyperGroup):
+    """The commands about studies: ``regraft evaluate STUDY`` is short for ``regraft evaluate run STUDY``."""
+
+    default: Final = "run"
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Take anything but a command or a request for help as a study to run."""
+        if args and args[0] not in self.commands and args[0] not in ctx.help_option_names:
+            args = [self.default, *args]
+        return super().parse_args(ctx, args)
+
+
+evaluate = typer.Typer(
+    cls=Studies,
+    help="Run studies; 'regraft evaluate STUDY' is short for 'regraft evaluate run STUDY'.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+evaluate.command("claims")(claims)
+evaluate.command("verify")(verify_results)
+evaluate.command("tables")(fill_tables)
+
+
+@evaluate.command(Studies.default)
+def run(
     study: Annotated[str, typer.Argument(metavar="STUDY", help="A study's name, or MODULE:NAME.")],
     runs: Annotated[
         int | None, typer.Option("--runs", metavar="N", parser=whole(1, 10_000), help="Runs of each configuration.")
     ] = None,
     seed: Annotated[
-        int, typer.Option("--seed", metavar="N", parser=whole(0), help="The first run's seed; others have the next.")
-    ] = 1,
+        int | None,
+        typer.Option("--seed", metavar="N", parser=whole(0), help="The first run's seed; others have the next."),
+    ] = None,
+    seeds: Annotated[
+        SeedSet | None, typer.Option("--seeds", metavar="USE", help="Those of the study's claims for this use.")
+    ] = None,
     configurations: Annotated[
         str, typer.Option("--configurations", metavar="A,B", help="Only these; * stands for anything.")
     ] = "*",
@@ -60,7 +93,7 @@ def evaluate(
     check_imports([study.partition(":")[0]] if ":" in study else [], complain)
     try:
         found = find_study(study)
-        wanted = _wanted(found, definitions, configurations, runs, seed, seconds, one_seed)
+        wanted = _wanted(found, definitions, configurations, seconds, _which_runs(found, runs, seed, seeds, one_seed))
         folder = (out or Path(f"{found.name}-{wanted.definitions}")).resolve()
         campaign = Campaign(wanted, folder, parallel)
         campaign.open(resume=resume, report_only=report_only)
@@ -68,8 +101,9 @@ def evaluate(
             with_progress(campaign)
         results = campaign.results(_command(sys.argv[1:]))
         report = found.report(results)
-        files = sorted(report.files.items())
-        write_files(folder, [*files, (REPORT, report.markdown.encode())])
+        table, judged = results_and_verdicts(found, results)
+        files = [*sorted(report.files.items()), (RESULTS, table_text(table).encode())]
+        write_files(folder, [*files, (REPORT, (report.markdown + judged).encode())])
     except (NoSuchStudy, BadCampaign) as error:
         raise BadInput(str(error)) from None
     except (NoRoom, BadRun) as error:
@@ -116,21 +150,38 @@ def progress_line(progress: Progress) -> str:
     return "; ".join(parts)
 
 
-def _wanted(
-    study: Study,
-    definitions: str | None,
-    configurations: str,
-    runs: int | None,
-    seed: int,
-    seconds: float | None,
-    one_seed: bool,
-) -> Wanted:
+@dataclass(frozen=True, slots=True)
+class _Runs:
+    """The runs of each configuration: so many from a seed on, or with ``seeds`` one each."""
+
+    count: int
+    seed: int
+    seeds: tuple[int, ...] = ()
+    one_seed: bool = False
+
+
+def _which_runs(study: Study, runs: int | None, seed: int | None, use: SeedSet | None, one_seed: bool) -> _Runs:
+    if use is None:
+        return _Runs(runs or study.runs, 1 if seed is None else seed, one_seed=one_seed)
+    if seed is not None or one_seed:
+        raise BadInput("--seeds takes the seeds of the study's claims: leave out --seed and --one-seed")
+    known = claims_of(study).seeds[use]
+    if not known:
+        raise BadInput(f"the claims of {study.name} have no {use.value} seeds")
+    if runs is not None and runs > len(known):
+        raise BadInput(f"--runs: is {runs}, but there are {len(known)} {use.value} seeds")
+    chosen = known[: runs or len(known)]
+    return _Runs(len(chosen), chosen[0], chosen)
+
+
+def _wanted(study: Study, definitions: str | None, configurations: str, seconds: float | None, runs: _Runs) -> Wanted:
     chosen = next(iter(study.configurations)) if definitions is None else definitions
     if chosen not in study.configurations:
         raise BadInput(f"{study.name} has no definitions {chosen!r}; {instead_of(chosen, study.configurations)}")
     known = study.configurations[chosen]
     picked = _picked(known, [part.strip() for part in configurations.split(",")])
-    return Wanted(study, chosen, picked, runs or study.runs, seed, seconds or study.seconds, one_seed)
+    length = seconds or study.seconds
+    return Wanted(study, chosen, picked, runs.count, runs.seed, length, runs.one_seed, runs.seeds)
 
 
 def _picked(known: Sequence[Configuration], patterns: Sequence[str]) -> tuple[Configuration, ...]:

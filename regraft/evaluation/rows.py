@@ -79,6 +79,10 @@ class Rows:
         """Return the number of rows."""
         return len(next(iter(self._columns.values()), []))
 
+    def names(self) -> tuple[str, ...]:
+        """Return the names of the columns, in their order."""
+        return tuple(self._columns)
+
     def text(self, name: str) -> list[str]:
         """Return a column as it is written; raises KeyError."""
         return self._columns[name]

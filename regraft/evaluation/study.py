@@ -57,7 +57,10 @@ class Timing:
 
 @dataclass(frozen=True, slots=True)
 class RunRecord:
-    """One finished run, read back from its directory; ``closing`` holds what ``regraft up`` printed at its end."""
+    """One finished run, read back from its directory.
+
+    ``closing`` holds what ``regraft up`` printed at its end, ``made_with`` the ``code`` hash and ``versions`` of then.
+    """
 
     configuration: Configuration
     number: int
@@ -67,6 +70,7 @@ class RunRecord:
     adaptations: tuple[AdaptationReport, ...]
     closing: Mapping[str, Any]
     timing: Timing
+    made_with: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -265,6 +265,8 @@ def is_a_command(_: Path, text: str) -> None:
     words = shlex.split(text)[1:]
     while words and hasattr(command, "commands") and words[0] in command.commands:
         command = command.commands[words.pop(0)]
+    if words and getattr(command, "default", None):
+        command = command.commands[command.default]
     # The placeholder COMMAND, or an option of all commands.
     assert command is not command_line() or words[0] == "COMMAND" or words[0].startswith("--")
     if command is not command_line():

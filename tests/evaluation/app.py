@@ -11,7 +11,7 @@ from regraft.evaluation.command_line import evaluate
 def command_line() -> typer.Typer:
     """Return the command line with ``regraft evaluate``."""
     app = build()
-    app.command("evaluate")(evaluate)
+    app.add_typer(evaluate, name="evaluate")
     return app
 
 

@@ -9,7 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from regraft.evaluation.reports.markdown import mean_and_sd, number, table
-from regraft.evaluation.reports.statistics import compare, holm, interval, summary, superiority
+from regraft.evaluation.statistics.samples import compare, holm, interval, summary, superiority
 
 VALUES = st.lists(st.floats(-1e3, 1e3).map(lambda x: round(x, 3)), min_size=2, max_size=12)
 

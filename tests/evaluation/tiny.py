@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from regraft.evaluation.reports.sections import arms_of, head, measures_table
+from regraft.evaluation.rows import Rows
 from regraft.evaluation.study import Configuration, Report, Results, Study
 
 
@@ -20,10 +22,15 @@ def broken(seed: int) -> dict[str, Any]:
     return {"components": {"counter": {"parameters": {"stride": 1.0 if seed % 2 else "sideways"}}}}
 
 
+def reached(rows: Rows) -> float:
+    """Return the last number."""
+    return rows.number("number")[-1]
+
+
 def report(results: Results) -> Report:
     """Return the numbers reached."""
     arms = arms_of(results)
-    text = head("Counting", results) + "\n" + measures_table(arms, {"reached": lambda rows: rows.number("number")[-1]})
+    text = head("Counting", results) + "\n" + measures_table(arms, {"reached": reached})
     return Report(text, {"note.txt": b"a file beside it\n"})
 
 
@@ -47,4 +54,14 @@ STUDY = Study(
     ADDITIONS,
     seconds=4.0,
     runs=2,
+    measures={"plain": {"reached": reached}, "hard": {"reached": reached}},
 )
+CONSTANT_CHANGED = replace(
+    STUDY,
+    configurations={
+        "plain": (STUDY.configurations["plain"][0], Configuration("fast", "faster by now", partial(stride, by=2.5)))
+    },
+)
+"""The study with a constant of one arm changed."""
+DEFINITION_CHANGED = replace(STUDY, measures={"plain": {"reached": lambda rows: reached(rows) / 2.0}})
+"""The study with another definition of its measure."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from regraft.bus_schema.model.adaptation import Outcome
 from regraft.evaluation.reports.markdown import UNKNOWN, mean_and_sd, number, p_value, table
-from regraft.evaluation.reports.statistics import compare, holm, interval, summary
+from regraft.evaluation.statistics.samples import compare, holm, interval, summary
 from regraft.evaluation.study import Measure, Results, RunRecord
 
 

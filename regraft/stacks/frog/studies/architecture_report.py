@@ -18,8 +18,8 @@ from regraft.evaluation.reports.sections import (
     intervals_table,
     measures_table,
 )
-from regraft.evaluation.reports.statistics import summary
 from regraft.evaluation.rows import Rows
+from regraft.evaluation.statistics.samples import summary
 from regraft.evaluation.study import Measure, Report, Results
 from regraft.stacks.frog.studies import rounds_measures as measures
 from regraft.stacks.frog.studies.architecture_figures import figures

@@ -1,0 +1,1 @@
+"""Claims of studies: written before the runs, judged after them by one rule."""

@@ -1,0 +1,1 @@
+"""Publishing results: the tables of pages, and making runs again."""

@@ -1,0 +1,146 @@
+"""``regraft evaluate claims|verify|tables``: the claims of a study, its results made again, and the tables of pages."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from regraft.cli.outcomes import FAILED, BadInput, Failed
+from regraft.cli.terminal.numbers import whole
+from regraft.cli.terminal.options import JsonOption
+from regraft.cli.terminal.output import say, show_json
+from regraft.evaluation.campaign import NoRoom, write_whole
+from regraft.evaluation.claims.judging import judge
+from regraft.evaluation.claims.model import Claim, Claims, SeedSet
+from regraft.evaluation.claims.power import seeds_needed
+from regraft.evaluation.claims.reading import read_claims
+from regraft.evaluation.finding import NoSuchStudy, find_study
+from regraft.evaluation.publishing.documents import BadPage, filled
+from regraft.evaluation.publishing.verifying import sampled, verify
+from regraft.evaluation.reports.result_tables import SIGNS, verdicts_of
+from regraft.evaluation.results.recording import result_table
+from regraft.evaluation.results.table import BadTable, ResultTable, read_table
+from regraft.evaluation.study import Results, Study
+
+
+def claims_of(study: Study) -> Claims:
+    """Return the claims of a study; raises BadInput if it has none, StackError if something is wrong with them."""
+    if study.claims is None:
+        raise BadInput(f"{study.name} has no claims: give its Study a file of claims")
+    return read_claims(study.claims, study)
+
+
+def results_and_verdicts(study: Study, results: Results) -> tuple[ResultTable, str]:
+    """Return a campaign's table of results, and the verdicts on its claims as a part of its report."""
+    claims = read_claims(study.claims, study) if study.claims is not None else None
+
+    def use_of(seed: int) -> str:
+        use = claims.set_of(seed) if claims else None
+        return use.value if use else ""
+
+    table = result_table(study, results, use_of)
+    if claims is None or claims.definitions != results.definitions:
+        return table, ""
+    uses = [use for use in (SeedSet.REPORTING, SeedSet.CONFIRMATION) if table.used_for(use.value).rows]
+    parts = [f"\n## Verdicts by the {use.value} seeds\n\n{verdicts_of(judge(claims, table, use))}" for use in uses]
+    return table, "".join(parts)
+
+
+def claims(
+    study: Annotated[str, typer.Argument(metavar="STUDY", help="A study's name, or MODULE:NAME.")],
+    as_json: JsonOption = False,
+) -> None:
+    """Check and show what a study claims, and how many seeds each claim needs."""
+    found = claims_of(_study(study))
+    if as_json:
+        show_json({"file": found.file, "claims": [_claim_document(claim, found) for claim in found.claims]})
+        return
+    for claim in found.claims:
+        sign = SIGNS[claim.direction]
+        say(f"{claim.name}: {claim.measure} of {claim.first} {sign} {claim.second} by {claim.smallest_effect:g}")
+        say(f"    {claim.text}")
+        say(f"    refuted by: {claim.refuted_by}")
+    counts = ", ".join(f"{len(found.seeds[use])} {use.value}" for use in SeedSet)
+    needed = max(seeds_needed(claim, found) for claim in found.claims)
+    say(f"{len(found.claims)} claims; seeds: {counts}; needed for a power of {found.power:g}: {needed}")
+
+
+def _claim_document(claim: Claim, found: Claims) -> dict[str, object]:
+    return {
+        "name": claim.name,
+        "text": claim.text,
+        "family": claim.family,
+        "scenario": claim.scenario,
+        "measure": claim.measure,
+        "first": claim.first,
+        "second": claim.second,
+        "direction": claim.direction.value,
+        "smallest_effect": claim.smallest_effect,
+        "seeds_needed": seeds_needed(claim, found),
+        "refuted_by": claim.refuted_by,
+    }
+
+
+def _study(name: str) -> Study:
+    try:
+        return find_study(name)
+    except NoSuchStudy as error:
+        raise BadInput(str(error)) from None
+
+
+def verify_results(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A table of results, such as docs/results/NAME.csv.")],
+    sample: Annotated[
+        int, typer.Option("--sample", metavar="N", parser=whole(1, 100_000), help="So many rows, drawn by the seed.")
+    ] = 5,
+    seed: Annotated[int, typer.Option("--seed", metavar="N", parser=whole(0), help="Which rows are drawn.")] = 1,
+    study: Annotated[
+        str | None, typer.Option("--study", metavar="STUDY", help="The study, if it is not found by its name.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Keep the runs there; else they are removed.")
+    ] = None,
+) -> None:
+    """Make runs of a table of results again, and compare digests and measures. Exits with 1 if any differs."""
+    try:
+        rows = sampled(read_table(file), sample, seed)
+        if out is not None and out.exists() and any(out.iterdir()):
+            raise BadInput(f"--out: {out} is not empty: name another folder")
+        with tempfile.TemporaryDirectory(prefix="regraft-verify-") as temporary:
+            differing = verify(rows, (out or Path(temporary)).resolve(), say, find_study(study) if study else None)
+    except (BadTable, NoSuchStudy) as error:
+        raise BadInput(str(error)) from None
+    except NoRoom as error:
+        raise Failed(str(error)) from None
+    wrong = len({(each.row.configuration, each.row.seed, each.row.number) for each in differing})
+    say(f"{len(rows) - wrong} of {len(rows)} runs of {file} came out again")
+    if differing:
+        raise typer.Exit(FAILED)
+
+
+def fill_tables(
+    pages: Annotated[list[Path], typer.Argument(metavar="PAGE...", help="Markdown pages with marked tables.")],
+    check: Annotated[bool, typer.Option("--check", help="Change nothing: exit with 1 if a table is stale.")] = False,
+) -> None:
+    """Fill the tables of pages from the results that they name."""
+    stale = 0
+    for page in pages:
+        try:
+            before, after = page.read_text(encoding="utf-8"), filled(page)
+            if after == before:
+                say(f"{page}: up to date")
+                continue
+            stale += 1
+            if not check:
+                write_whole(page, after.encode())
+        except (BadPage, BadTable, NoSuchStudy) as error:
+            raise BadInput(str(error)) from None
+        except (OSError, UnicodeDecodeError) as error:
+            reason = getattr(error, "strerror", None) or error
+            raise BadInput(f"{page}: cannot be read or written: {reason}") from None
+        say(f"{page}: {'stale' if check else 'tables filled'}")
+    if check and stale:
+        raise typer.Exit(FAILED)

@@ -1,0 +1,115 @@
+"""Fills the tables of Markdown pages from tables of results: no page has a figure that no row has.
+
+Two comments mark a table. The first names its kind, its file (from the page's folder) and more:
+
+    <!-- table: measures; of: results/frog.csv; scenario: open; use: confirmation; measures: U_vis | U_det -->
+    <!-- end of table -->
+
+The kind ``measures`` shows mean and standard deviation by arm, ``same`` which arms did the same, ``runs`` what was run.
+The kind ``verdicts`` shows how the study's claims ended: with ``family``, those of one family. A study that is not
+found by its name is named by ``study``.
+The text between the comments is replaced.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from regraft.bus_schema.suggestions import instead_of
+from regraft.evaluation.claims.judging import judge
+from regraft.evaluation.claims.model import SeedSet
+from regraft.evaluation.claims.reading import read_claims
+from regraft.evaluation.finding import find_study
+from regraft.evaluation.reports.result_tables import measures_of, runs_of, same_of, verdicts_of
+from regraft.evaluation.results.table import ResultTable, read_table
+
+BEGIN: Final = re.compile(r"<!-- table: (?P<given>[^\n]*?) -->\n")
+END: Final = "<!-- end of table -->"
+FIELDS: Final = ("of", "scenario", "use", "measures", "family", "study")
+KINDS: Final = ("measures", "same", "runs", "verdicts")
+USES: Final = tuple(use.value for use in SeedSet)
+
+
+class BadPage(ValueError):
+    """A page whose tables cannot be filled; the text names page, line and field."""
+
+
+@dataclass(frozen=True, slots=True)
+class TableMark:
+    """The beginning of a table: its kind, and fields."""
+
+    kind: str
+    fields: Mapping[str, str]
+
+
+def filled(page: Path) -> str:
+    """Return the text of a page with all its tables filled; raises BadPage, BadTable, StackError, NoSuchStudy."""
+    text = page.read_text(encoding="utf-8")
+    parts: list[str] = []
+    at = 0
+    while match := BEGIN.search(text, at):
+        line = text.count("\n", 0, match.start()) + 1
+        end = text.find(END, match.end())
+        following = BEGIN.search(text, match.end())
+        if end < 0 or (following is not None and following.start() < end):
+            raise BadPage(f"{page}:{line}: a table has no end: must be followed by {END}")
+        made = _table(page, line, _mark(page, line, match["given"]))
+        parts += [text[at : match.end()], "\n", made, "\n"]
+        at = end
+    return "".join([*parts, text[at:]])
+
+
+def _mark(page: Path, line: int, given: str) -> TableMark:
+    kind, *rest = (part.strip() for part in given.split(";"))
+    if kind not in KINDS:
+        raise BadPage(f"{page}:{line}: there is no table {kind!r}; {instead_of(kind, KINDS)}")
+    fields: dict[str, str] = {}
+    for part in filter(None, rest):
+        name, colon, value = part.partition(":")
+        if not colon or name.strip() not in FIELDS:
+            raise BadPage(f"{page}:{line}: there is no field {name.strip()!r}; {instead_of(name.strip(), FIELDS)}")
+        fields[name.strip()] = value.strip()
+    if "of" not in fields:
+        raise BadPage(f"{page}:{line}: of: is missing: the file of results, from the page's folder")
+    return TableMark(kind, fields)
+
+
+def _table(page: Path, line: int, mark: TableMark) -> str:
+    results = read_table(page.parent / mark.fields["of"])
+    use = mark.fields.get("use", "")
+    if use and use not in USES:
+        raise BadPage(f"{page}:{line}: use: there is no use {use!r}; {instead_of(use, USES)}")
+    if mark.kind == "runs":
+        return runs_of(results)
+    if mark.kind == "verdicts":
+        return _verdicts(page, line, mark, results, SeedSet(use or SeedSet.CONFIRMATION.value))
+    results = results.used_for(use) if use else results
+    scenario = mark.fields.get("scenario", "")
+    if scenario not in results.scenarios():
+        raise BadPage(
+            f"{page}:{line}: scenario: there is none {scenario!r}; {instead_of(scenario, results.scenarios())}"
+        )
+    measures = [name.strip() for name in mark.fields.get("measures", "").split("|") if name.strip()]
+    for name in measures:
+        if name not in results.measures:
+            raise BadPage(f"{page}:{line}: measures: there is none {name!r}; {instead_of(name, results.measures)}")
+    make = measures_of if mark.kind == "measures" else same_of
+    return make(results, scenario, measures)
+
+
+def _verdicts(page: Path, line: int, mark: TableMark, results: ResultTable, use: SeedSet) -> str:
+    name = mark.fields.get("study") or (results.rows[0].study if results.rows else "")
+    study = find_study(name) if name else None
+    if study is None or study.claims is None:
+        raise BadPage(f"{page}:{line}: {mark.fields['of']} is of no study with claims")
+    claims = read_claims(study.claims, study)
+    judged = judge(claims, results, use)
+    family = mark.fields.get("family", "")
+    families = [claim.family for claim in claims.claims]
+    if family and family not in families:
+        raise BadPage(f"{page}:{line}: family: there is none {family!r}; {instead_of(family, families)}")
+    return verdicts_of([each for each in judged if not family or each.claim.family == family])

@@ -1,0 +1,109 @@
+"""Makes runs of a table of results again, and compares: digests, and every measure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from random import Random
+
+from regraft.evaluation.campaign import BadCampaign, Campaign, Progress, Wanted
+from regraft.evaluation.finding import find_study
+from regraft.evaluation.results.recording import result_table
+from regraft.evaluation.results.table import SIGNIFICANT, BadTable, ResultRow, ResultTable
+from regraft.evaluation.study import Configuration, Study
+
+
+class DeviationCode(Enum):
+    """The difference of a run from its row."""
+
+    FAILED = "failed"
+    RENDERER = "renderer"
+    DIGEST = "digest"
+    MEASURE = "measure"
+
+
+@dataclass(frozen=True, slots=True)
+class Deviation:
+    """A row that does not come out again; ``measure`` is the one that differs, empty for the run as a whole."""
+
+    row: ResultRow
+    code: DeviationCode
+    text: str
+    measure: str = ""
+
+
+Say = Callable[[str], object]
+
+
+def sampled(table: ResultTable, count: int, seed: int) -> tuple[ResultRow, ...]:
+    """Return so many rows, drawn by ``seed``; all of them if there are no more."""
+    rows = Random(seed).sample(table.rows, min(count, len(table.rows)))
+    return tuple(sorted(rows, key=table.rows.index))
+
+
+def verify(rows: Sequence[ResultRow], folder: Path, say: Say, study: Study | None = None) -> list[Deviation]:
+    """Make the runs of rows again, below ``folder``; return what differs.
+
+    The ``study`` is found by its name in the row unless it is given.
+
+    Raises:
+        BadTable: a row names a study, definitions or an arm that there is not.
+        NoSuchStudy: a study cannot be imported.
+        NoRoom: the folder cannot be written.
+    """
+    found: list[Deviation] = []
+    for number, row in enumerate(rows, start=1):
+        again = _made_again(row, study or find_study(row.study), folder / f"{number:03d}")
+        differing = [again] if isinstance(again, Deviation) else deviations(row, again)
+        found += differing
+        outcome = "; ".join(each.text for each in differing) or "equal"
+        say(f"{number} of {len(rows)}: {row.configuration}, seed {row.seed}: {outcome}")
+    return found
+
+
+def _made_again(row: ResultRow, study: Study, folder: Path) -> ResultRow | Deviation:
+    wanted = Wanted(study, row.definitions, (_configuration(study, row),), 1, row.seed, row.seconds)
+    campaign = Campaign(wanted, folder)
+    try:
+        campaign.open(resume=False)
+    except BadCampaign as error:
+        raise BadTable(str(error)) from None
+    campaign.run(_no_progress, lambda text: None)
+    results = campaign.results()
+    if results.failures:
+        return Deviation(row, DeviationCode.FAILED, f"failed: {results.failures[0].why}")
+    return result_table(study, results, lambda seed: row.use).rows[0]
+
+
+def _no_progress(progress: Progress) -> None:
+    pass
+
+
+def _configuration(study: Study, row: ResultRow) -> Configuration:
+    for configuration in study.configurations.get(row.definitions, ()):
+        if configuration.key == row.configuration:
+            return configuration
+    raise BadTable(f"{study.name} has no configuration {row.configuration!r} by the definitions {row.definitions!r}")
+
+
+def deviations(row: ResultRow, again: ResultRow) -> list[Deviation]:
+    """Return in what a run that was made again differs from its row."""
+    found = []
+    if again.renderer != row.renderer:
+        text = f"was made with the renderer {row.renderer or 'none'}, this machine has {again.renderer or 'none'}"
+        found.append(Deviation(row, DeviationCode.RENDERER, text))
+    if again.digest != row.digest:
+        text = f"the digest is {again.digest[:12]}, the table has {row.digest[:12]}"
+        found.append(Deviation(row, DeviationCode.DIGEST, text))
+    for name in dict.fromkeys((*row.measures, *again.measures)):
+        was, is_now = row.measures.get(name), again.measures.get(name)
+        if _shown(was) != _shown(is_now):
+            text = f"{name} is {_shown(is_now)}, the table has {_shown(was)}"
+            found.append(Deviation(row, DeviationCode.MEASURE, text, name))
+    return found
+
+
+def _shown(value: float | None) -> str:
+    return "nothing" if value is None else f"{value:.{SIGNIFICANT}g}"

@@ -1,0 +1,1 @@
+"""Tables of results: one row a run, which anybody can make again."""
