@@ -151,6 +151,8 @@ class Judge(Component):
             self._target_error(),
             dict(self._charges),
             self._lowest,
+            quality.strict_occupied_iou if quality else None,
+            quality.strict_free_iou if quality else None,
         )
 
     def _map_quality(self) -> MapQuality | None:

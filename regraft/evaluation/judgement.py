@@ -31,7 +31,9 @@ class Judgement:
         odometry_error: how far the odometry was off then.
         worst_pose_error: how far localization was ever off.
         occupied_iou: intersection over union of what the map calls occupied with what is.
-        free_iou: the same of free ground.
+        free_iou: the same of free ground; both forgive a cell.
+        strict_occupied_iou: the same of what is occupied, forgiving nothing.
+        strict_free_iou: the same of free ground, forgiving nothing.
         target_error: how far the mission's result is from the object that it looked for.
         charges: how often the robot was charged, by the mission's phase.
         lowest_charge: how empty the battery ever was.
@@ -52,3 +54,5 @@ class Judgement:
     target_error: Metres | None = None
     charges: dict[str, Count] = field(default_factory=dict)
     lowest_charge: Ratio = 1.0
+    strict_occupied_iou: Ratio | None = None
+    strict_free_iou: Ratio | None = None

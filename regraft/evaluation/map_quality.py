@@ -25,10 +25,15 @@ class MapQuality:
     away. Missing is each without. Too much is each occupied cell of the map with no true one at most a cell away.
     ``free_iou`` is over the free ground that the robot can see or get to. Cells next to obstacles are left out: there a
     cell more or less is forgiven.
+
+    ``strict_occupied_iou`` and ``strict_free_iou`` forgive nothing. Occupied cells of the map within solid things
+    count neither way.
     """
 
     occupied_iou: float
     free_iou: float
+    strict_occupied_iou: float
+    strict_free_iou: float
 
     @property
     def iou(self) -> float:
@@ -71,7 +76,12 @@ def map_quality(
     )
     mapped = seen >= OCCUPIED_FROM
     free = (seen >= 0) & (seen <= FREE_UP_TO)
-    return MapQuality(_occupied_iou(mapped, is_occupied, surface), _free_iou(free, room, is_occupied))
+    return MapQuality(
+        _occupied_iou(mapped, is_occupied, surface),
+        _free_iou(free, room, is_occupied),
+        _iou(mapped & ~(is_occupied & ~surface), surface),
+        _iou(free, room),
+    )
 
 
 def _occupied_iou(mapped: Mask, is_occupied: Mask, surface: Mask) -> float:
@@ -83,8 +93,11 @@ def _occupied_iou(mapped: Mask, is_occupied: Mask, surface: Mask) -> float:
 
 def _free_iou(free: Mask, room: Mask, is_occupied: Mask) -> float:
     certain = ~binary_dilation(is_occupied, NEIGHBOURS) | (is_occupied & ~binary_dilation(room, NEIGHBOURS))
-    both, either = free & room & certain, (free | room) & certain
-    return _ratio(int(both.sum()), int(either.sum()))
+    return _iou(free & certain, room & certain)
+
+
+def _iou(mapped: Mask, true: Mask) -> float:
+    return _ratio(int((mapped & true).sum()), int((mapped | true).sum()))
 
 
 def _ratio(part: int, whole: int) -> float:

@@ -15,6 +15,8 @@ Cell = str | int | float | bool | None
 DIGITS = 6
 """Significant digits of a number."""
 TIME = "time"
+OVER = "over"
+"""The last column of a recorder that may end before the run does: 1 in its last row."""
 
 
 class RowRecorder(Component):
@@ -23,7 +25,11 @@ class RowRecorder(Component):
     It wakes once a second and disturbs nobody. The rows depend on the run's seed alone: equal runs have
     equal files, byte for byte. A recorder that died cannot continue: what came
     meanwhile would be missing. So the file must not be there when it begins.
+
+    One that ``may_end`` before the run does sets ``is_over`` while it makes its last row; a campaign then ends the run.
     """
+
+    may_end = False
 
     resources = Resources(cpu=0.02, memory=25.0)
     handler_timeout = 2.0
@@ -36,6 +42,7 @@ class RowRecorder(Component):
 
     def on_configure(self) -> None:
         """Begin without columns."""
+        self.is_over = False
         self._columns: tuple[str, ...] = ()
 
     def on_activate(self) -> None:
@@ -44,9 +51,13 @@ class RowRecorder(Component):
 
     @every(hz=1.0)
     def record(self) -> None:
-        """Write one row."""
+        """Write one row, unless the last is written."""
+        if self.is_over:
+            return
         now = self.kit.now()
         row = {TIME: now, **self.row(now)}
+        if self.may_end:
+            row[OVER] = self.is_over
         # A line goes to the disk at once and as a whole: who looks on sees how far the run is.
         with Path(self.file).open("a", newline="") as file:
             writer = csv.writer(file, lineterminator="\n")
@@ -82,6 +93,11 @@ class Rows:
     def names(self) -> tuple[str, ...]:
         """Return the names of the columns, in their order."""
         return tuple(self._columns)
+
+    @property
+    def are_over(self) -> bool:
+        """Whether the recorder wrote its last row before the run's end."""
+        return self._columns.get(OVER, [""])[-1:] == ["1"]
 
     def text(self, name: str) -> list[str]:
         """Return a column as it is written; raises KeyError."""

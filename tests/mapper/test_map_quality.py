@@ -20,7 +20,7 @@ def quality(cells: np.ndarray, origin: tuple[float, float] = ORIGIN) -> MapQuali
 
 
 def test_the_true_map_is_perfect() -> None:
-    assert quality(TRUTH) == MapQuality(1.0, 1.0)
+    assert quality(TRUTH) == MapQuality(1.0, 1.0, 1.0, 1.0)
 
 
 def test_what_lies_behind_surfaces_need_not_be_known() -> None:
@@ -30,7 +30,7 @@ def test_what_lies_behind_surfaces_need_not_be_known() -> None:
 
 
 def test_an_unknown_map_is_worth_nothing() -> None:
-    assert quality(np.full_like(TRUTH, -1)) == MapQuality(0.0, 0.0)
+    assert quality(np.full_like(TRUTH, -1)) == MapQuality(0.0, 0.0, 0.0, 0.0)
 
 
 def test_a_map_of_free_ground_alone_is_worth_nothing() -> None:
@@ -43,6 +43,13 @@ def test_a_cell_is_forgiven(along: int, across: int) -> None:
     shifted = (ORIGIN[0] + along * RESOLUTION, ORIGIN[1] + across * RESOLUTION)
     assert quality(TRUTH, shifted).occupied_iou == 1.0
     assert quality(TRUTH, shifted).free_iou > 0.97
+
+
+def test_strictly_no_cell_is_forgiven() -> None:
+    shifted = quality(TRUTH, (ORIGIN[0] + RESOLUTION, ORIGIN[1]))
+    assert shifted.occupied_iou == 1.0
+    assert shifted.strict_occupied_iou < 0.9
+    assert shifted.strict_free_iou < shifted.free_iou
 
 
 def test_three_cells_are_not_forgiven() -> None:

@@ -15,8 +15,6 @@ from regraft.bus_schema.messages.sensors import Odometry
 from regraft.bus_schema.messages.world import GroundTruth
 from regraft.evaluation.judge import Judge
 from regraft.evaluation.judgement import Judgement, JudgementRequest
-from regraft.evaluation.runs.search_run import SearchRun
-from regraft.evaluation.search_campaign import is_kept, report, seeds_of
 from regraft.evaluation.true_objects import true_objects
 from regraft.testing import Rig
 
@@ -133,30 +131,3 @@ def test_the_map_is_compared_with_what_is() -> None:
         assert run.judged().free_iou is None
         rig.publish("map", room())
         assert (run.judged().occupied_iou, run.judged().free_iou) == (1.0, 1.0)
-
-
-def _run(seed: int, **judged: object) -> SearchRun:
-    good: dict[str, object] = {
-        "visited": {"hydrant": 1.0}, "pose_error": 0.02, "odometry_error": 0.5, "occupied_iou": 0.95, "free_iou": 0.99,
-        "target_error": 0.05, "charges": {"exploring": 2}, "lowest_charge": 0.6,
-    }  # fmt: skip
-    judgement = Judgement(300.0, "succeeded", 250.0, 0, 30.0, **{**good, **judged})  # type: ignore[arg-type]
-    return SearchRun(seed, judgement, (), {"reproducible": True, "real_time_factor": 12.0})
-
-
-def test_promises_hold_when_nine_of_ten_rooms_keep_them() -> None:
-    runs = [_run(seed) for seed in range(9)]
-    assert is_kept([*runs, _run(9, pose_error=0.2)], {})
-    assert not is_kept([*runs, _run(9, lowest_charge=0.0)], {})
-    assert not is_kept([_run(9, missed=("hydrant",)), *runs[:8], _run(8, target_error=None)], {9: "did not come up"})
-
-
-def test_the_table_has_a_line_for_every_seed_and_every_promise() -> None:
-    said = report([_run(1), _run(2, target_error=None)], {3: "did not come up"})
-    assert "| 1 | succeeded | 250 | 0.950 | 0.990 | 0.020 | 0.500" in said
-    assert "| 3 | did not come up |" in said
-    assert "hydrant located within 0.3 m: 1 of 3 (BROKEN, needs 3)" in said
-
-
-def test_seeds_are_read() -> None:
-    assert seeds_of("1-3,8") == [1, 2, 3, 8]
