@@ -17,7 +17,7 @@ from regraft.cli.outcomes import FAILED, BadInput, Failed
 from regraft.cli.terminal.numbers import seconds as parse_seconds
 from regraft.cli.terminal.numbers import whole
 from regraft.cli.terminal.output import complain, say
-from regraft.evaluation.campaign import BadCampaign, Campaign, NoRoom, Progress, Wanted, write_files
+from regraft.evaluation.campaign import BadCampaign, Campaign, CodeChanged, NoRoom, Progress, Wanted, write_files
 from regraft.evaluation.finding import NoSuchStudy, find_study
 from regraft.evaluation.runs.run_directory import BadRun
 from regraft.evaluation.study import Configuration, Study
@@ -63,16 +63,17 @@ def evaluate(
         wanted = _wanted(found, definitions, configurations, runs, seed, seconds, one_seed)
         folder = (out or Path(f"{found.name}-{wanted.definitions}")).resolve()
         campaign = Campaign(wanted, folder, parallel)
-        campaign.open(resume=resume, report_only=report_only)
-        if not report_only:
-            with_progress(campaign)
-        results = campaign.results(_command(sys.argv[1:]))
-        report = found.report(results)
-        files = sorted(report.files.items())
-        write_files(folder, [*files, (REPORT, report.markdown.encode())])
+        with campaign.opened(resume=resume, report_only=report_only):
+            if not report_only:
+                with_progress(campaign)
+            results = campaign.results(_command(sys.argv[1:]))
+            report = found.report(results)
+            files = sorted(report.files.items())
+            markdown = f"{report.markdown.rstrip()}\n\n{campaign.provenance()}"
+            write_files(folder, [*files, (REPORT, markdown.encode())])
     except (NoSuchStudy, BadCampaign) as error:
         raise BadInput(str(error)) from None
-    except (NoRoom, BadRun) as error:
+    except (NoRoom, CodeChanged, BadRun) as error:
         raise Failed(str(error)) from None
     say(f"{len(results.runs)} of {results.planned} runs, {len(results.failures)} failed: {folder / REPORT}")
     if results.failures:

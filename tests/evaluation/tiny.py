@@ -27,6 +27,11 @@ def report(results: Results) -> Report:
     return Report(text, {"note.txt": b"a file beside it\n"})
 
 
+def crashing(seed: int) -> dict[str, Any]:
+    """Return what ends the world's process in the middle of a run."""
+    return {"components": {"counter": {"parameters": {"ends_at": 20}, "restart": {"limit": 0}}}}
+
+
 ADDITIONS = {
     "components": {
         "rows": {"class": "tests.evaluation.tiny_parts:CountRecorder", "parameters": {"file": "$RUN/rows.csv"}}
@@ -41,6 +46,7 @@ STUDY = Study(
             Configuration("slow", "one at a time", partial(stride, by=1.0)),
             Configuration("fast", "two at a time", partial(stride, by=2.0)),
         ),
+        "deadly": (Configuration("crashing", "ends its own process", crashing),),
         "hard": (Configuration("breaking", "cannot be run with even seeds", broken),),
     },
     report,
