@@ -16,6 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from regraft.bus_schema.encoding import codec
+from regraft.cli.system.closing import DIGITS_SHOWN
+from regraft.evaluation.runs.folder_lock import InUse, held
 from regraft.evaluation.runs.search_run import SearchRun, run_search
 from regraft.evaluation.runs.stack_run import RunFailed
 from regraft.stack.installed import stack_file
@@ -74,10 +76,10 @@ def report(runs: Sequence[SearchRun], failures: dict[int, str]) -> str:
     total = len(runs) + len(failures)
     lines = [
         "| seed | mission | s | IoU occupied | IoU free | pose error m | odometry alone m | worst m | visited "
-        "| contacts | hydrant error m | charges exploring, visiting | lowest charge | x real time |",
-        "|---" * 14 + "|",
+        "| contacts | hydrant error m | charges exploring, visiting | lowest charge | x real time | digest, ticks |",
+        "|---" * 15 + "|",
         *(_row(run) for run in runs),
-        *(f"| {seed} | {why} |" + " |" * 12 for seed, why in failures.items()),
+        *(f"| {seed} | {why} |" + " |" * 13 for seed, why in failures.items()),
         "",
     ]
     for promise in PROMISES:
@@ -103,8 +105,14 @@ def _row(run: SearchRun) -> str:
         f"{judged.charges.get('exploring', 0)}, {judged.charges.get('visiting', 0)}",
         f"{judged.lowest_charge:.0%}",
         _number(run.closing.get("real_time_factor"), 1),
+        _digest(run),
     ]
     return f"| {' | '.join(cells)} |"
+
+
+def _digest(run: SearchRun) -> str:
+    digest = run.closing.get("digest")
+    return f"`{digest[:DIGITS_SHOWN]}`, {run.closing.get('ticks')}" if digest else "-"
 
 
 def _number(value: float | None, digits: int) -> str:
@@ -168,9 +176,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # The end of the campaign, by a signal too, ends the run that is under way.
     signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
     options = tuple(part for override in chosen.overrides for part in ("--set", override))
-    runs, failures = run_campaign(
-        stack_file(chosen.stack), seeds_of(chosen.seeds), chosen.out.resolve(), options, chosen.at_most
-    )
+    stack, out = stack_file(chosen.stack), chosen.out.resolve()
+    try:
+        with held(out):
+            runs, failures = run_campaign(stack, seeds_of(chosen.seeds), out, options, chosen.at_most)
+    except InUse as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
     sys.stdout.write("\n" + report(runs, failures))
     return 0 if is_kept(runs, failures) else 1
 

@@ -141,7 +141,8 @@ def _run(seed: int, **judged: object) -> SearchRun:
         "target_error": 0.05, "charges": {"exploring": 2}, "lowest_charge": 0.6,
     }  # fmt: skip
     judgement = Judgement(300.0, "succeeded", 250.0, 0, 30.0, **{**good, **judged})  # type: ignore[arg-type]
-    return SearchRun(seed, judgement, (), {"reproducible": True, "real_time_factor": 12.0})
+    summary = {"digest": f"{seed:x}" * 64, "ticks": 6000}
+    return SearchRun(seed, judgement, (), {"reproducible": True, "real_time_factor": 12.0, **summary})
 
 
 def test_promises_hold_when_nine_of_ten_rooms_keep_them() -> None:
@@ -154,7 +155,9 @@ def test_promises_hold_when_nine_of_ten_rooms_keep_them() -> None:
 def test_the_table_has_a_line_for_every_seed_and_every_promise() -> None:
     said = report([_run(1), _run(2, target_error=None)], {3: "did not come up"})
     assert "| 1 | succeeded | 250 | 0.950 | 0.990 | 0.020 | 0.500" in said
+    assert "| 12.0 | `111111111111`, 6000 |" in said
     assert "| 3 | did not come up |" in said
+    assert len({line.count("|") for line in said.splitlines() if line.startswith("|")}) == 1
     assert "hydrant located within 0.3 m: 1 of 3 (BROKEN, needs 3)" in said
 
 
