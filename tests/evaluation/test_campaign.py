@@ -8,6 +8,8 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -19,6 +21,7 @@ from regraft.evaluation.runs.attempts import AttemptLog, Outcome
 from regraft.evaluation.runs.fingerprint import SHOWN, code_hash
 from regraft.evaluation.runs.folder_lock import held
 from tests.evaluation.app import command_line
+from tests.evaluation.tiny import STUDY as STUDY_OF_TINY
 from tests.support.paths import ROOT
 from tests.support.waiting import PATIENCE, wait_until
 
@@ -176,6 +179,27 @@ def test_a_folder_has_one_campaign_at_a_time(copied: Path) -> None:
     assert f"in use by another campaign (process {os.getpid()}, since 20" in said
     assert "name another --out" in said
     assert run(copied, "--resume")[0] == 0
+
+
+def test_a_campaign_ends_where_what_its_runs_are_made_of_changes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out, stack = tmp_path / "out", tmp_path / "stack"
+    stack.mkdir()
+    shutil.copy(ROOT / "tests" / "evaluation" / "tiny.yaml", stack)
+    monkeypatch.setattr("tests.evaluation.tiny.MOVED", replace(STUDY_OF_TINY, stack=stack / "tiny.yaml"), raising=False)
+
+    def change() -> None:
+        wait_until(partial(begins, out, "work/*/up.json"), "a run begins", 60.0)
+        (stack / "mission.xml").write_text("<root/>")
+
+    changing = threading.Thread(target=change)
+    changing.start()
+    code, said = run(out, "--runs", "1", study="tests.evaluation.tiny:MOVED")
+    changing.join()
+    assert code == 1
+    assert "slow/001 was begun with other files (hash" in said
+    assert not list(out.glob("runs/*/*"))
 
 
 def test_a_run_that_the_machine_may_have_made_fail_is_made_again_twice_at_most(
