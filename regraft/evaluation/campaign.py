@@ -1,7 +1,8 @@
 """A campaign: many runs of a study, some at a time, that can be ended and continued at any point.
 
-A run is made in ``work/`` and moved to ``runs/CONFIGURATION/NUMBER`` when it is complete. Failed runs are kept in
-``failed/`` and retried when the campaign continues.
+A run is made in ``work/`` and moved to ``runs/CONFIGURATION/NUMBER`` when it is complete. One that fails and may have
+failed because the machine is busy is made again. Failed runs are kept in ``failed/`` and retried when the campaign
+continues. ``attempts.csv`` has every attempt.
 """
 
 from __future__ import annotations
@@ -10,12 +11,17 @@ import json
 import os
 import shutil
 import time
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Final
 
+from regraft.evaluation.runs.attempts import Attempt, AttemptLog, Cause, Outcome, decisive
+from regraft.evaluation.runs.fingerprint import SHOWN, code_hash
+from regraft.evaluation.runs.folder_lock import InUse, held
+from regraft.evaluation.runs.provenance import provenance
 from regraft.evaluation.runs.run_directory import BadRun, Plan, complete, fingerprint_of, prepare, read_run
 from regraft.evaluation.runs.run_process import RunProcess
 from regraft.evaluation.study import Configuration, Failure, Results, RunRecord, Study
@@ -23,6 +29,8 @@ from regraft.evaluation.study import Configuration, Failure, Results, RunRecord,
 RUNS, WORK, FAILED, ABOUT = "runs", "work", "failed", "campaign.json"
 WHY: Final = "why.txt"
 LOOK_INTERVAL: Final = 0.1
+MADE_AGAIN_AT_MOST: Final = 2
+"""Times that a run is made again because the machine may have made it fail."""
 
 
 class BadCampaign(ValueError):
@@ -31,6 +39,10 @@ class BadCampaign(ValueError):
 
 class NoRoom(Exception):
     """The campaign's folder cannot be written; the text states why. Finished runs are there."""
+
+
+class CodeChanged(Exception):
+    """Code, stack or versions changed under the campaign; the text states how. Finished runs are there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,15 +127,34 @@ class Campaign:
     _began: float = 0.0
     _simulated: float = 0.0
     _failed: int = 0
+    _repeats: dict[str, int] = field(default_factory=dict)
 
-    def open(self, *, resume: bool, report_only: bool = False) -> None:
-        """Take the folder, and find out what is still to be run; a mere report may be of runs of an older stack.
+    @contextmanager
+    def opened(self, *, resume: bool, report_only: bool = False) -> Iterator[None]:
+        """Hold the folder, and find out what is still to be run.
+
+        A mere report may be of runs of other code, and of a campaign that is under way.
 
         Raises:
-            BadCampaign: there are runs already and they are not to be continued, or they are others; or there is
-                nothing to report.
+            BadCampaign: another campaign has the folder; there are runs already and they are not to be continued, or
+                they are made of something else; or there is nothing to report.
             NoRoom: the folder cannot be written.
         """
+        with ExitStack() as hold:
+            if not report_only:
+                self._hold(hold)
+            self._take(resume=resume, report_only=report_only)
+            yield
+
+    def _hold(self, hold: ExitStack) -> None:
+        try:
+            hold.enter_context(held(self.folder))
+        except InUse as error:
+            raise BadCampaign(str(error)) from None
+        except OSError as error:
+            raise _no_room(self.folder, error) from None
+
+    def _take(self, *, resume: bool, report_only: bool) -> None:
         about, path = self.wanted.about(), self.folder / ABOUT
         before = _read_about(path)
         if before is None and report_only:
@@ -134,21 +165,44 @@ class Campaign:
             other = "; ".join(f"{name} was {before.get(name)}" for name in about if before.get(name) != about[name])
             raise BadCampaign(f"{self.folder} has another campaign ({other}): give the same, or name another --out")
         plans = self.wanted.plans()
-        for plan in () if report_only else plans:
-            self._check_same(plan)
+        if not report_only:
+            self._check_same(plans)
         self._total = len(plans)
         self._todo = [plan for plan in plans if not self.home(plan).is_dir()]
         try:
-            self.folder.mkdir(parents=True, exist_ok=True)
             if before is None:
                 write_whole(path, (json.dumps(about, indent=1) + "\n").encode())
+            if not report_only:
+                self._note_cut_off(plans)
         except OSError as error:
             raise _no_room(self.folder, error) from None
 
-    def _check_same(self, plan: Plan) -> None:
-        home = self.home(plan)
-        if home.is_dir() and fingerprint_of(home) != plan.fingerprint():
-            raise BadCampaign(f"{home} was run with another stack or mission: name another --out, or remove it")
+    def _check_same(self, plans: Sequence[Plan]) -> None:
+        """Refuse to mix runs: those that are there must be made of what runs are made of now."""
+        hash_code, other = cache(code_hash), []
+        for plan in plans:
+            home = self.home(plan)
+            if not home.is_dir():
+                continue
+            then, now = fingerprint_of(home), plan.fingerprint(hash_code)
+            if then is None:
+                other.append((home, ["no record of its code"]))
+            elif then != now:
+                other.append((home, then.differences(now)))
+        if other:
+            home, how = other[0]
+            more = f", and so were {len(other) - 1} others" if len(other) > 1 else ""
+            raise BadCampaign(
+                f"{home} was made with {' and '.join(how)}{more}: name another --out, or remove what is to be made "
+                "again; --report-only reports what is there"
+            )
+
+    def _note_cut_off(self, plans: Sequence[Plan]) -> None:
+        """Note the attempts that a killed campaign has left, which could not note them itself."""
+        for plan in plans:
+            if (self.folder / WORK / _in_work(plan)).is_dir():
+                AttemptLog(self.folder).add(Attempt(plan.name, plan.seed, "", 0.0, Outcome.INTERRUPTED))
+        shutil.rmtree(self.folder / WORK, ignore_errors=True)
 
     def home(self, plan: Plan) -> Path:
         """Return where a finished run is."""
@@ -160,6 +214,7 @@ class Campaign:
 
         Raises:
             NoRoom: the folder cannot be written.
+            CodeChanged: what runs are made of is not what it was when the campaign began.
         """
         self._began = time.monotonic()
         try:
@@ -174,14 +229,17 @@ class Campaign:
         finally:
             for process in self._running:
                 process.end()
+                with suppress(OSError):
+                    self._note(process, Outcome.INTERRUPTED)
             with suppress(OSError):
                 shutil.rmtree(self.folder / WORK, ignore_errors=True)
 
     def _start(self, plan: Plan) -> None:
-        home = self.folder / WORK / plan.name.replace("/", "-")
+        home = self.folder / WORK / _in_work(plan)
         home.parent.mkdir(parents=True, exist_ok=True)
+        made_of = plan.fingerprint()
         file = prepare(plan, home)
-        self._running.append(RunProcess(plan, home, file))
+        self._running.append(RunProcess(plan, home, file, made_of))
 
     def _look(self, say: Say) -> None:
         for process in list(self._running):
@@ -191,18 +249,49 @@ class Campaign:
             plan = process.plan
             try:
                 closing = process.closing()
-                complete(plan, process.home, closing)
+                self._check_unchanged(process)
+                complete(plan, process.home, closing, process.made_of)
                 self._keep(process.home, self.home(plan))
             except BadRun as error:
-                self._failed += 1
-                (process.home / WHY).write_text(f"{error}\n")
-                self._keep(process.home, self.folder / FAILED / plan.name)
-                say(f"{plan.name}, seed {plan.seed}: FAILED: {error}")
+                self._take_failure(process, error, say)
             else:
+                self._note(process, Outcome.KEPT)
                 self._simulated += plan.seconds
                 shutil.rmtree(self.folder / FAILED / plan.name, ignore_errors=True)
                 factor = closing.get("real_time_factor") or 0.0
                 say(f"{plan.name}, seed {plan.seed}: {process.seconds():.0f} s, {factor:.1f} x real time")
+
+    def _check_unchanged(self, process: RunProcess) -> None:
+        how = process.made_of.differences(process.plan.fingerprint())
+        if how:
+            self._note(process, Outcome.INTERRUPTED)
+            raise CodeChanged(
+                f"{process.plan.name} was begun with {' and '.join(how)}: the campaign ends, since its runs would "
+                "differ; give it an installation of its own"
+            )
+
+    def _take_failure(self, process: RunProcess, error: BadRun, say: Say) -> None:
+        plan, cause = process.plan, decisive(error.causes)
+        (process.home / WHY).write_text(f"{error}\n")
+        self._keep(process.home, self.folder / FAILED / plan.name)
+        repeats = self._repeats.get(plan.name, 0)
+        again = cause.of_the_machine and repeats < MADE_AGAIN_AT_MOST
+        self._note(process, Outcome.REPEATED if again else Outcome.FAILED, cause)
+        if again:
+            self._repeats[plan.name] = repeats + 1
+            self._todo.insert(0, plan)
+            say(f"{plan.name}, seed {plan.seed}: to be made again, the machine may be too busy: {error}")
+        else:
+            self._failed += 1
+            say(f"{plan.name}, seed {plan.seed}: FAILED: {error}")
+
+    def _note(self, process: RunProcess, outcome: Outcome, cause: Cause | None = None) -> None:
+        code, component, text = (cause.code, cause.component, cause.text) if cause else ("", "", "")
+        plan, took = process.plan, round(process.seconds(), 1)
+        made_of = process.made_of.code[:SHOWN]
+        AttemptLog(self.folder).add(
+            Attempt(plan.name, plan.seed, process.began, took, outcome, code, component, text, made_of)
+        )
 
     def _keep(self, home: Path, place: Path) -> None:
         place.parent.mkdir(parents=True, exist_ok=True)
@@ -234,6 +323,17 @@ class Campaign:
             elif why.is_file():
                 failures.append(Failure(plan.configuration, plan.number, plan.seed, why.read_text().strip()))
         return Results(self.wanted.definitions, runs, failures, len(plans), command)
+
+    def provenance(self) -> str:
+        """Return the section of a report on how its runs were made: of which code, and which of them again."""
+        plans = [plan for plan in self.wanted.plans() if self.home(plan).is_dir()]
+        made_of = {plan.name: fingerprint_of(self.home(plan)) for plan in plans}
+        present = plans[0].fingerprint() if plans else None
+        return provenance(made_of, present, AttemptLog(self.folder).read())
+
+
+def _in_work(plan: Plan) -> str:
+    return plan.name.replace("/", "-")
 
 
 def _read_about(path: Path) -> dict[str, object] | None:

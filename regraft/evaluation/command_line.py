@@ -19,7 +19,7 @@ from regraft.cli.outcomes import FAILED, BadInput, Failed
 from regraft.cli.terminal.numbers import seconds as parse_seconds
 from regraft.cli.terminal.numbers import whole
 from regraft.cli.terminal.output import complain, say
-from regraft.evaluation.campaign import BadCampaign, Campaign, NoRoom, Progress, Wanted, write_files
+from regraft.evaluation.campaign import BadCampaign, Campaign, CodeChanged, NoRoom, Progress, Wanted, write_files
 from regraft.evaluation.claims.model import SeedSet
 from regraft.evaluation.finding import NoSuchStudy, find_study
 from regraft.evaluation.publishing.commands import claims, claims_of, fill_tables, results_and_verdicts, verify_results
@@ -96,17 +96,18 @@ def run(
         wanted = _wanted(found, definitions, configurations, seconds, _which_runs(found, runs, seed, seeds, one_seed))
         folder = (out or Path(f"{found.name}-{wanted.definitions}")).resolve()
         campaign = Campaign(wanted, folder, parallel)
-        campaign.open(resume=resume, report_only=report_only)
-        if not report_only:
-            with_progress(campaign)
-        results = campaign.results(_command(sys.argv[1:]))
-        report = found.report(results)
-        table, judged = results_and_verdicts(found, results)
-        files = [*sorted(report.files.items()), (RESULTS, table_text(table).encode())]
-        write_files(folder, [*files, (REPORT, (report.markdown + judged).encode())])
+        with campaign.opened(resume=resume, report_only=report_only):
+            if not report_only:
+                with_progress(campaign)
+            results = campaign.results(_command(sys.argv[1:]))
+            report = found.report(results)
+            table, verdicts = results_and_verdicts(found, results)
+            files = [*sorted(report.files.items()), (RESULTS, table_text(table).encode())]
+            markdown = "\n\n".join(part.strip() for part in (report.markdown, verdicts, campaign.provenance()) if part)
+            write_files(folder, [*files, (REPORT, f"{markdown}\n".encode())])
     except (NoSuchStudy, BadCampaign) as error:
         raise BadInput(str(error)) from None
-    except (NoRoom, BadRun) as error:
+    except (NoRoom, CodeChanged, BadRun) as error:
         raise Failed(str(error)) from None
     say(f"{len(results.runs)} of {results.planned} runs, {len(results.failures)} failed: {folder / REPORT}")
     if results.failures:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import os
 from abc import abstractmethod
 from collections.abc import Mapping
 from pathlib import Path
@@ -110,6 +111,15 @@ class Rows:
     def is_so(self, name: str) -> list[bool]:
         """Return a column of ones and zeros; an empty field is no."""
         return [cell == "1" for cell in self._columns[name]]
+
+
+def ends_with_last_row(path: Path) -> bool:
+    """Return whether a recorder that may end before its run has written its last row; raises OSError."""
+    with path.open("rb") as file:
+        if not file.readline().rstrip().endswith(f",{OVER}".encode()):
+            return False
+        file.seek(-min(3, path.stat().st_size), os.SEEK_END)
+        return file.read() == b",1\n"
 
 
 def read_rows(path: Path) -> Rows:

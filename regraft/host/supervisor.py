@@ -132,7 +132,7 @@ class Supervisor:
         self._next_status = 0.0
 
     def _process_ended(self, managed: ManagedProcess, code: int) -> None:
-        name = managed.spec.name
+        name, scheduled = managed.spec.name, managed.held_until is not None
         self._watching.forget(managed)
         managed.pid, managed.kill_at = 0, None
         managed.exit_reason = managed.why_killed or how_it_ended(code)
@@ -156,24 +156,27 @@ class Supervisor:
             return
         if not managed.history.wants_restart(code):
             managed.state = ProcessState.STOPPED
-            self._publisher.event("component.ended", name, f"{name} ended: {managed.exit_reason}")
+            self._publisher.event("component.ended", name, f"{name} ended: {managed.exit_reason}", scheduled=scheduled)
             return
         if self.standby_runs.awaits(managed):
             managed.state, managed.restart_by = ProcessState.STOPPED, time.monotonic() + ALONE_TIMEOUT
             text = f"{name} ended: {managed.exit_reason}; another run of it waits to continue"
-            self._publisher.event("component.ended", name, text)
+            self._publisher.event("component.ended", name, text, scheduled=scheduled)
             return
         if not self._may_start_again(managed):
             managed.state = ProcessState.QUARANTINED
             limit = f"{managed.spec.restart.limit} restarts in {managed.spec.restart.window:g} s"
             text = f"{name} ended: {managed.exit_reason}; it had {limit} and is left stopped until someone acts"
-            self._publisher.event("component.quarantined", name, text, incarnation=managed.incarnation)
+            self._publisher.event(
+                "component.quarantined", name, text, incarnation=managed.incarnation, scheduled=scheduled
+            )
             return
         managed.state = ProcessState.WAITING
         when = f" at {managed.held_until:g} s of simulated time" if managed.held_until is not None else ""
         text = f"{name} ended: {managed.exit_reason}; it is restarted{when} as incarnation {managed.incarnation + 1}"
+        following, ended = managed.incarnation + 1, managed.exit_reason
         self._publisher.event(
-            "component.restarted", name, text, incarnation=managed.incarnation + 1, ended=managed.exit_reason
+            "component.restarted", name, text, incarnation=following, ended=ended, scheduled=scheduled
         )
 
     @staticmethod

@@ -13,7 +13,15 @@ from regraft.bus.interface import Closable, Presence, Sample
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.management.system import SystemFaultKind
-from regraft.bus_schema.messages.protocol.clock import Ack, ClockMember, Join, MarkerAck, SlotRequest, StepKind
+from regraft.bus_schema.messages.protocol.clock import (
+    Ack,
+    CauseCode,
+    ClockMember,
+    Join,
+    MarkerAck,
+    SlotRequest,
+    StepKind,
+)
 from regraft.bus_schema.model.lifecycle import State
 from regraft.lockstep.clock_publisher import ClockPublisher
 from regraft.lockstep.exclusive_slot import hold_slot
@@ -51,9 +59,10 @@ class Coordinator:
         self._keys = runtime.keys
         self._inbox = SourceInbox(runtime)
         self._dispatcher = StepDispatcher(self.membership, self.moment, publisher, runtime.keys, self._inbox)
-        first_run = runtime.assignment.incarnation == 1
-        self.report = RunReport(publisher, self._keys.clock("time"), reproducible=first_run)
+        self.report = RunReport(publisher, self._keys.clock("time"))
         self._name = runtime.assignment.name
+        if runtime.assignment.incarnation > 1:
+            self.report.note(CauseCode.SOURCE_RESTARTED, self._name, 0, "the source of time is another run")
         self._admission = Admission(runtime, self._admit, self._release, self._succeed)
         self._joins = JoinRequests(self.membership, self._admission.may_join)
         self._ended_in_slot: set[Run] = set()
@@ -62,7 +71,7 @@ class Coordinator:
         self._system = SystemRelay(runtime, self.membership, self.moment)
         self._markers = Markers(runtime, self.membership, self._inbox, self._have_marked, self._system.connected)
         scheduled = ScheduledMembers(runtime, self.membership, self._joins, self._system, self._forget)
-        self.faults = FaultSchedule(runtime, scheduled, self._inbox.pump, lambda why: self._fault("schedule", why))
+        self.faults = FaultSchedule(runtime, scheduled, self._inbox.pump, self._schedule_missed)
         self.local = self.membership.add(self._name, runtime.assignment.incarnation, self._wiring.all(), None)
 
     def declare(self) -> None:
@@ -121,13 +130,13 @@ class Coordinator:
             if self._admission.is_open and not self._dispatcher.awaits(name):
                 self._ended_in_slot.add((name, incarnation))  # another run may be about to continue in its place
             else:
-                self._drop(name, RUN_ENDED)
+                self._drop(name, CauseCode.LEFT, RUN_ENDED)
 
-    def _drop(self, name: str, why: str) -> None:
+    def _drop(self, name: str, code: CauseCode, why: str) -> None:
         self._system.ended(name, self.membership.members[name].incarnation, SystemFaultKind.DIED, why)
         self.membership.remove(name)
         self._forget(name)
-        self.report.reproducible = False
+        self.report.note(code, name, self.moment.time, why)
         self.report.dropped.append(name)
         self._runtime.reporter.event("clock.dropped", f"{name} left the clock: {why}; this run is not reproducible")
 
@@ -174,7 +183,7 @@ class Coordinator:
     def _welcome(self, name: str) -> None:
         join = self._joins.pending.pop(name)
         if name in self.membership.members:
-            self._drop(name, "it was replaced by a newer run")
+            self._drop(name, CauseCode.REPLACED, "it was replaced by a newer run")
         self.membership.add(name, join.incarnation, join.wiring, join.next_wake)
         if self.local.incarnation > 1:  # who has lived under the source before this one knows how late it was
             self.moment.time = max(self.moment.time, join.time)
@@ -183,8 +192,9 @@ class Coordinator:
     def wire(self) -> None:
         """Have every connection confirmed."""
         self._refresh_local()
-        if not self._markers.confirm_all():
-            self.report.reproducible = False
+        for key, writer, reader in self._markers.confirm_all():
+            why = f"it never saw a marker of {writer} on {key}"
+            self.report.note(CauseCode.UNWIRED, reader, self.moment.time, why)
 
     def _have_marked(self, keys: dict[str, set[str]]) -> None:
         self._exchange(dict.fromkeys(keys, StepKind.MARK), keys)
@@ -239,7 +249,8 @@ class Coordinator:
         runtime.end_goals_of(member.take_ended())
         frontier = member.begin_step()
         if not self._inbox.wait_for_inputs(frontier, Patience(STEP_BOUND)):
-            self._fault(self._name, NOT_COME)
+            missing = runtime.inbound.missing(frontier)
+            self._fault(self._name, CauseCode.MESSAGES_LOST, f"{NOT_COME}: {missing}")
         runtime.inbound.release(frontier)
         runtime.work()
         if number == 0:
@@ -292,7 +303,7 @@ class Coordinator:
         for name, incarnation in sorted(ended):
             member = self.membership.members.get(name)
             if member is not None and member.incarnation == incarnation:
-                self._drop(name, RUN_ENDED)
+                self._drop(name, CauseCode.LEFT, RUN_ENDED)
 
     def _slot_local(self) -> tuple[str, ...]:
         outside = tuple(sorted(self.local.outside))
@@ -317,7 +328,7 @@ class Coordinator:
             names, bounded=bounded, ended=lambda: self._runtime.state is State.FINALIZED, late=self.tell_time
         )
         for name in silent:
-            self._drop(name, f"no acknowledgement within {STEP_BOUND:g} s")
+            self._drop(name, CauseCode.SILENT, f"no acknowledgement within {STEP_BOUND:g} s")
         for ack in acks:
             self._take_result(ack)
         return tuple(name for ack in acks for name in ack.touched)
@@ -327,14 +338,17 @@ class Coordinator:
         member.next_wake = ack.next_wake
         member.wants_slot = ack.wants_slot
         if ack.error:
-            self._fault(ack.member, ack.error)
+            self._fault(ack.member, CauseCode.MESSAGES_LOST, ack.error)
         self._system.take(ack.news)
         self.membership.advance(member, ack.published)
         if ack.wiring is not None:
             self.membership.rewire(member, ack.wiring)
 
-    def _fault(self, member: str, error: str) -> None:
-        self.report.reproducible = False
+    def _schedule_missed(self, component: str, why: str) -> None:
+        self._fault(component, CauseCode.SCHEDULE_MISSED, why)
+
+    def _fault(self, member: str, code: CauseCode, error: str) -> None:
+        self.report.note(code, member, self.moment.time, error)
         self._runtime.reporter.event("clock.fault", f"{member}, tick {self.moment.tick}: {error}")
 
     # --- between ticks ---
@@ -364,7 +378,8 @@ class Coordinator:
             Patience(without_sign),
         )
         if missing:
-            self.report.reproducible = False
+            for name in missing:
+                self.report.note(CauseCode.NOT_JOINED, name, self.moment.time, "it has not joined in time")
             self.report.dropped += missing
             text = f"time starts without {', '.join(missing)}: not joined in time; this run is not reproducible"
             self._runtime.reporter.event("clock.incomplete", text)

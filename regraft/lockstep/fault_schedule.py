@@ -41,9 +41,9 @@ class FaultSchedule:
     """The faults of one run. While one is carried out, no time passes."""
 
     def __init__(
-        self, runtime: Runtime, members: ScheduledMembers, pump: Callable[[], object], fail: Callable[[str], None]
+        self, runtime: Runtime, members: ScheduledMembers, pump: Callable[[], object], fail: Callable[[str, str], None]
     ) -> None:
-        """Call ``pump`` while time is stopped, and ``fail`` where the schedule is not kept."""
+        """Call ``pump`` while time is stopped, and ``fail`` with a component whose schedule is not kept, and why."""
         self._runtime = runtime
         self._fail = fail
         self._members = members
@@ -85,9 +85,9 @@ class FaultSchedule:
         done = self._ask("inject", InjectFault(fault, held=True))
         self._expected.clear()
         if done is None:
-            self._fail(f"'{fault}' was not confirmed by the host")
+            self._fail(name, f"'{fault}' was not confirmed by the host")
         elif not done.certain:
-            self._fail(f"'{fault}': {done.missed}")
+            self._fail(name, f"'{fault}': {done.missed}")
         elif done.missed:
             self._runtime.reporter.event("fault.missed", f"'{fault}': {done.missed}")
         elif fault.kind.ends_the_run:
@@ -105,7 +105,7 @@ class FaultSchedule:
             if self._runtime.state is State.FINALIZED:
                 return
             if within.is_over():
-                self._fail(f"{back.component} has not come back within {BACK_TIMEOUT:g} s")
+                self._fail(back.component, f"{back.component} has not come back within {BACK_TIMEOUT:g} s")
                 return
             self._pump()
 

@@ -59,13 +59,13 @@ class Markers:
         """Wait for the connections of a member no longer."""
         self._waiting = {pair for pair in self._waiting if name not in pair[1:]}
 
-    def confirm_all(self) -> bool:
-        """Have markers put until every connection is confirmed; returns whether all are, within a bound."""
+    def confirm_all(self) -> list[Pair]:
+        """Have markers put until every connection is confirmed; returns those that are not within a bound."""
         within = Patience(WIRED_TIMEOUT)
         while unwired := self._membership.unwired():
             if within.is_over():
                 self._give_up(unwired)
-                return False
+                return sorted(unwired)
             self._waiting = unwired
             by_writer: dict[str, set[str]] = {}
             for key, writer, _ in unwired:
@@ -74,7 +74,7 @@ class Markers:
                 self._runtime.writers.open_keys[key].mark()
             self._have_put(by_writer)
             self._inbox.pump_until(lambda: not self._waiting, time.monotonic() + MARK_INTERVAL)
-        return True
+        return []
 
     def _give_up(self, unwired: set[Pair]) -> None:
         for key, writer, reader in sorted(unwired):

@@ -233,7 +233,7 @@ class Member:
             while not inbound.reaches(step.frontier):
                 hopeless = time.monotonic() > ask_at and not inbound.ask_for_missing(step.frontier)
                 if hopeless or within.is_over():
-                    return NOT_COME
+                    return f"{NOT_COME}: {inbound.missing(step.frontier)}"
                 self._pump_once()
             return ""
         finally:

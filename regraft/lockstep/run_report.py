@@ -5,11 +5,13 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, field
 
-from regraft.bus_schema.messages.protocol.clock import ClockTime
+from regraft.bus_schema.messages.protocol.clock import CauseCode, ClockTime, RunCause
 from regraft.lockstep.clock_publisher import ClockPublisher
 
 TELL_INTERVAL = 0.25
 """Seconds of wall-clock time between two reports."""
+MAX_CAUSES = 10
+"""Causes that are kept: what goes wrong first has the others follow."""
 
 
 @dataclass(slots=True)
@@ -22,11 +24,21 @@ class RunReport:
 
     publisher: ClockPublisher
     key: str
-    reproducible: bool
+    causes: list[RunCause] = field(default_factory=list)
     dropped: list[str] = field(default_factory=list)
     speed: float = 0.0
     wall: float = 0.0
     _next: float = 0.0
+
+    @property
+    def reproducible(self) -> bool:
+        """Whether nothing has happened that an equal run would not repeat."""
+        return not self.causes
+
+    def note(self, code: CauseCode, component: str, now: int, text: str) -> None:
+        """Note why the run is not repeatable, at a simulated time (nanoseconds)."""
+        if len(self.causes) < MAX_CAUSES:
+            self.causes.append(RunCause(code, component, now / 1e9, text))
 
     def tell(
         self, tick: int, now: int, members: list[str], waiting: tuple[str, ...] = (), *, finished: bool = False
@@ -46,5 +58,6 @@ class RunReport:
             tuple(self.dropped),
             finished,
             self.wall,
+            tuple(self.causes),
         )
         self.publisher.put(self.key, told)

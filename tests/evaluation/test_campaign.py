@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import signal
 import subprocess
 import sys
+import threading
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
+from regraft.evaluation.runs import run_process
+from regraft.evaluation.runs.attempts import AttemptLog, Outcome
+from regraft.evaluation.runs.fingerprint import SHOWN, code_hash
+from regraft.evaluation.runs.folder_lock import held
 from tests.evaluation.app import command_line
+from tests.evaluation.tiny import STUDY as STUDY_OF_TINY
 from tests.support.paths import ROOT
 from tests.support.waiting import PATIENCE, wait_until
 
@@ -103,6 +111,14 @@ def test_killed_at_any_point_it_goes_on_and_equal_campaigns_are_equal_byte_for_b
     assert contents(killed) == contents(whole)
     assert table(killed) == table(whole)
     assert not (killed / "work").exists()
+    assert "No run failed before it was kept" in (killed / "report.md").read_text()
+
+
+def test_attempts_that_a_killed_campaign_left_are_counted(copied: Path) -> None:
+    shutil.rmtree(copied / "runs" / "slow" / "001")
+    (copied / "work" / "slow-001").mkdir(parents=True)
+    assert run(copied, "--resume")[0] == 0
+    assert "- 1 attempts ended with the campaign, and were made again" in (copied / "report.md").read_text()
 
 
 def test_a_run_that_fails_is_told_kept_and_tried_again(tmp_path: Path) -> None:
@@ -129,13 +145,85 @@ def test_more_runs_and_configurations_can_be_added_but_not_other_ones(tmp_path: 
     assert sorted(path.name for path in (tmp_path / "runs").iterdir()) == ["fast", "slow"]
 
 
-def test_runs_of_another_stack_are_not_mixed_with(copied: Path) -> None:
+@pytest.mark.parametrize("part", ["code", "stack", "files"])
+def test_runs_of_other_code_or_stacks_are_not_mixed_with(copied: Path, part: str) -> None:
     about = copied / "runs" / "slow" / "001" / "run.json"
-    about.write_text(about.read_text().replace('"fingerprint": "', '"fingerprint": "0'))
+    made = json.loads(about.read_text())
+    made["fingerprint"][part] = "0" * 64
+    about.write_text(json.dumps(made))
     code, said = run(copied, "--resume")
     assert code == 2
-    assert "was run with another stack" in said
+    assert f"was made with other {part} (hash 000000000000 then" in said
+    assert "name another --out" in said
+
+
+def test_a_mere_report_states_of_which_code_its_runs_are(whole: Path, copied: Path) -> None:
+    assert f"- 4 runs were made with code `{code_hash(['tests'])[:SHOWN]}`." in (whole / "report.md").read_text()
+    for name in ("slow/001", "fast/001"):
+        about = copied / "runs" / name / "run.json"
+        made = json.loads(about.read_text())
+        made["fingerprint"] = made["fingerprint"] | {"code": "0" * 64} if name.startswith("slow") else "as it was once"
+        about.write_text(json.dumps(made))
     assert run(copied, "--report-only")[0] == 0
+    report = (copied / "report.md").read_text()
+    assert "- 1 runs were made with code `000000000000`, which is" in report
+    assert "- 1 runs were made with code of which there is no record." in report
+    assert "**The runs are not of one code**" in report
+
+
+def test_a_folder_has_one_campaign_at_a_time(copied: Path) -> None:
+    with held(copied):
+        code, said = run(copied, "--resume")
+        assert run(copied, "--report-only")[0] == 0
+    assert code == 2
+    assert f"in use by another campaign (process {os.getpid()}, since 20" in said
+    assert "name another --out" in said
+    assert run(copied, "--resume")[0] == 0
+
+
+def test_a_campaign_ends_where_what_its_runs_are_made_of_changes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out, stack = tmp_path / "out", tmp_path / "stack"
+    stack.mkdir()
+    shutil.copy(ROOT / "tests" / "evaluation" / "tiny.yaml", stack)
+    monkeypatch.setattr("tests.evaluation.tiny.MOVED", replace(STUDY_OF_TINY, stack=stack / "tiny.yaml"), raising=False)
+
+    def change() -> None:
+        wait_until(partial(begins, out, "work/*/up.json"), "a run begins", 60.0)
+        (stack / "mission.xml").write_text("<root/>")
+
+    changing = threading.Thread(target=change)
+    changing.start()
+    code, said = run(out, "--runs", "1", study="tests.evaluation.tiny:MOVED")
+    changing.join()
+    assert code == 1
+    assert "slow/001 was begun with other files (hash" in said
+    assert not list(out.glob("runs/*/*"))
+
+
+def test_a_run_that_the_machine_may_have_made_fail_is_made_again_twice_at_most(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run_process, "STARTED_TIMEOUT", 0.0)
+    code, said = run(tmp_path, "--runs", "1", "--configurations", "slow")
+    assert code == 1
+    assert said.count("to be made again") == 2
+    assert "slow/001, seed 1: FAILED: no first row" in said
+    monkeypatch.undo()
+    assert run(tmp_path, "--runs", "1", "--configurations", "slow", "--resume")[0] == 0
+    report = (tmp_path / "report.md").read_text()
+    assert "**1 of 1 runs were made again**, after 3 failed attempts: 3 x not_started." in report
+    outcomes = [each.outcome for each in AttemptLog(tmp_path).read()]
+    assert outcomes == [Outcome.REPEATED, Outcome.REPEATED, Outcome.FAILED, Outcome.KEPT]
+
+
+def test_a_run_of_which_a_process_crashed_is_not_made_again_and_named_by_that(tmp_path: Path) -> None:
+    code, said = run(tmp_path, "--runs", "1", "--definitions", "deadly")
+    assert code == 1
+    assert "crashing/001, seed 1: FAILED: exit code 1: counter is quarantined; ended (counter): counter ended" in said
+    (attempt,) = AttemptLog(tmp_path).read()
+    assert (attempt.outcome, attempt.cause, attempt.component) == (Outcome.FAILED, "ended", "counter")
 
 
 @pytest.mark.parametrize(
@@ -178,3 +266,12 @@ def test_without_room_it_says_so_and_leaves_no_half_of_a_table(tmp_path: Path) -
     assert "Traceback" not in complaints
     assert not list(tmp_path.glob("runs/*/*"))
     assert not (tmp_path / "report.md").exists()
+
+
+def test_a_run_ends_with_the_last_row_of_a_recorder_that_may_end(tmp_path: Path) -> None:
+    study = "tests.evaluation.tiny:ENDING"
+    for out in (tmp_path / "one", tmp_path / "other"):
+        assert run(out, "--runs", "1", "--configurations", "slow", study=study)[0] == 0
+    assert contents(tmp_path / "one") == contents(tmp_path / "other")
+    rows = (tmp_path / "one" / "runs" / "slow" / "001" / "rows.csv").read_text().splitlines()
+    assert [row.rpartition(",")[2] for row in rows] == ["over", "0", "0", "1"]

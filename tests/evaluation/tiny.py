@@ -34,6 +34,11 @@ def report(results: Results) -> Report:
     return Report(text, {"note.txt": b"a file beside it\n"})
 
 
+def crashing(seed: int) -> dict[str, Any]:
+    """Return what ends the world's process in the middle of a run."""
+    return {"components": {"counter": {"parameters": {"ends_at": 20}, "restart": {"limit": 0}}}}
+
+
 ADDITIONS = {
     "components": {
         "rows": {"class": "tests.evaluation.tiny_parts:CountRecorder", "parameters": {"file": "$RUN/rows.csv"}}
@@ -48,6 +53,7 @@ STUDY = Study(
             Configuration("slow", "one at a time", partial(stride, by=1.0)),
             Configuration("fast", "two at a time", partial(stride, by=2.0)),
         ),
+        "deadly": (Configuration("crashing", "ends its own process", crashing),),
         "hard": (Configuration("breaking", "cannot be run with even seeds", broken),),
     },
     report,
@@ -65,3 +71,13 @@ CONSTANT_CHANGED = replace(
 """The study with a constant of one arm changed."""
 DEFINITION_CHANGED = replace(STUDY, measures={"plain": {"reached": lambda rows: reached(rows) / 2.0}})
 """The study with another definition of its measure."""
+ENDING = replace(
+    STUDY,
+    additions={
+        "components": {
+            "rows": {**ADDITIONS["components"]["rows"], "class": "tests.evaluation.tiny_parts:EndingRecorder"}
+        }
+    },
+    seconds=4000.0,
+)
+"""The study with a recorder that ends long before its runs would."""

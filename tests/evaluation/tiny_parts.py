@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 from regraft import Input, Output, Parameter
 from regraft.bus_schema.messages.geometry import Twist, Vector3
 from regraft.evaluation.rows import Cell, RowRecorder
@@ -16,9 +18,12 @@ class Counter(TimeSource):
 
     count = Output(Twist)
     stride = Parameter(1.0, "what is added in a tick")
+    ends_at = Parameter(0, "the tick in which its process ends, 0 for none")
 
     def advance(self, tick: int, seconds: float) -> None:
         """Say the next number."""
+        if tick == self.ends_at > 0:
+            os._exit(3)
         worked = sum(range(WORK)) * 0
         self.count.publish(Twist(Vector3(worked + self.kit.seed + self.stride * tick / 3.0)))
 
@@ -32,3 +37,14 @@ class CountRecorder(RowRecorder):
         """Return what has come."""
         numbers = [twist.linear.x for twist in self.count.take()]
         return {"number": numbers[-1] if numbers else None, "heard": len(numbers), "even": len(numbers) % 2 == 0}
+
+
+class EndingRecorder(CountRecorder):
+    """Writes its last row after three seconds, however long the run is."""
+
+    may_end = True
+
+    def row(self, now: float) -> dict[str, Cell]:
+        """Return what has come."""
+        self.is_over = now >= 3.0
+        return super().row(now)

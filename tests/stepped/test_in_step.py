@@ -8,7 +8,7 @@ from collections import Counter
 import pytest
 
 from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.messages.protocol.clock import Join
+from regraft.bus_schema.messages.protocol.clock import CauseCode, Join
 from regraft.bus_schema.model.lifecycle import Transition
 from regraft.lockstep import source
 from tests.stepped.parts import Adviser, Clerk, Pusher, Reading, Text, TinyWorld, Witness
@@ -119,6 +119,11 @@ def test_a_member_that_leaves_does_not_stop_time_and_the_run_is_marked(steps: St
     steps.end("witness")
     told = steps.told(lambda t: set(t.dropped) == {"adviser", "witness"}, "both to be dropped")
     assert not told.reproducible
+    assert {(cause.code, cause.component) for cause in told.causes} == {
+        (CauseCode.LEFT, "adviser"),
+        (CauseCode.LEFT, "witness"),
+    }
+    assert all(cause.stamp >= 1.0 for cause in told.causes)
     steps.wait_for_time(told.time / 1e9 + 2.0)
 
 
@@ -172,6 +177,10 @@ def test_a_new_source_of_time_says_whom_it_left_behind(steps: StepSite, monkeypa
     steps.start(TinyWorld, "world", incarnation=2, members=EVERYBODY, parameters={"speed": "max"})
     told = steps.told(lambda t: "pusher" in t.dropped, "the one left behind to be told")
     assert not told.reproducible
+    assert [(cause.code, cause.component) for cause in told.causes] == [
+        (CauseCode.SOURCE_RESTARTED, "world"),
+        (CauseCode.NOT_JOINED, "pusher"),
+    ]
 
 
 def test_a_deactivated_member_is_silent_and_comes_back(steps: StepSite) -> None:

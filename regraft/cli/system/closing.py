@@ -11,6 +11,7 @@ from typing import Any
 from regraft.bus.interface import BusError
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.evaluation import RunSummary, RunSummaryRequest
+from regraft.bus_schema.messages.protocol.clock import RunCause
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.client import Client, ClientError
 from regraft.component.errors import CallFailed
@@ -58,7 +59,10 @@ def summary_services(architecture: Architecture) -> dict[str, str]:
 
 @dataclass(frozen=True, slots=True)
 class Closing:
-    """The result of a run. ``wall_s`` leaves starting apart; a digest needs a recorder in the stack."""
+    """The result of a run. ``wall_s`` leaves starting apart; a digest needs a recorder in the stack.
+
+    ``causes`` are why it is not repeatable, or why parts of it were restarted.
+    """
 
     system: str
     simulated_s: float | None
@@ -68,6 +72,7 @@ class Closing:
     reproducible: bool | None
     dropped: tuple[str, ...]
     restarts: int
+    causes: tuple[RunCause, ...] = ()
     problems: tuple[str, ...] = ()
     summary: dict[str, Any] = field(default_factory=dict)
 
@@ -90,6 +95,7 @@ class Closing:
             "reproducible": self.reproducible,
             "dropped": list(self.dropped),
             "restarts": self.restarts,
+            "causes": [codec.to_plain(cause) for cause in self.causes],
             "problems": list(self.problems),
             **self.summary,
         }
@@ -111,6 +117,7 @@ class Closing:
             parts.append(f"dropped from simulated time: {', '.join(self.dropped)}")
         if self.restarts:
             parts.append(f"{self.restarts} restart{'' if self.restarts == 1 else 's'}")
+        parts += [f"{cause.code.value}: {cause.component}" for cause in self.causes[:1]]
         shown = ((name, value) for name, value in self.summary.items() if name not in ("stamp", SUMMARIES))
         parts += [f"{name} {_shown(value)}" for name, value in shown if value]
         return ", ".join((*parts, *self.problems))

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from regraft import run_directory
 from regraft.bus_schema.messages.protocol.clock import ClockTime
+from regraft.cli.system.causes import CauseLog
 from regraft.cli.system.closing import Closing, SummaryAsked, plain_summary, summary_services
 from regraft.cli.system.display import Display, event_line, status_line
 from regraft.cli.system.watch import Watch
@@ -42,6 +43,7 @@ class Run:
         self._duration = duration
         self._started = time.monotonic()
         self._watch: Watch | None = None
+        self._causes = CauseLog()
         self._up_at: float | None = None
         self._counting_from: float | None = None
         self._ready_shown = -1
@@ -63,6 +65,8 @@ class Run:
             watch = self._watch = Watch(running)
             self._say_where(running)
         for event in watch.take():
+            if not running.ending.wanted:
+                self._causes.take(event)
             # While the system starts, everybody's transitions are what the progress sums up.
             if event.kind != TRANSITION or self._has_settled():
                 self._display.line(event_line(event, watch.clock()))
@@ -178,6 +182,7 @@ class Run:
             clock.reproducible if clock else None,
             clock.dropped if clock else (),
             sum(process.restarts for process in watch.processes()),
+            self._causes.with_clock(clock.causes if clock else ()),
             tuple(self._problems(watch)),
             summary,
         )

@@ -12,7 +12,7 @@ from regraft.cli.outcomes import FAILED, BadInput, Failed
 from regraft.cli.terminal.numbers import whole
 from regraft.cli.terminal.options import JsonOption
 from regraft.cli.terminal.output import say, show_json
-from regraft.evaluation.campaign import NoRoom, write_whole
+from regraft.evaluation.campaign import CodeChanged, NoRoom, write_whole
 from regraft.evaluation.claims.judging import judge
 from regraft.evaluation.claims.model import Claim, Claims, SeedSet
 from regraft.evaluation.claims.power import seeds_needed
@@ -113,7 +113,7 @@ def verify_results(
             differing = verify(rows, (out or Path(temporary)).resolve(), say, find_study(study) if study else None)
     except (BadTable, NoSuchStudy) as error:
         raise BadInput(str(error)) from None
-    except NoRoom as error:
+    except (NoRoom, CodeChanged) as error:
         raise Failed(str(error)) from None
     wrong = len({(each.row.configuration, each.row.seed, each.row.number) for each in differing})
     say(f"{len(rows) - wrong} of {len(rows)} runs of {file} came out again")

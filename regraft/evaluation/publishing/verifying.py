@@ -52,6 +52,7 @@ def verify(rows: Sequence[ResultRow], folder: Path, say: Say, study: Study | Non
         BadTable: a row names a study, definitions or an arm that there is not.
         NoSuchStudy: a study cannot be imported.
         NoRoom: the folder cannot be written.
+        CodeChanged: the code changed meanwhile.
     """
     found: list[Deviation] = []
     for number, row in enumerate(rows, start=1):
@@ -67,10 +68,10 @@ def _made_again(row: ResultRow, study: Study, folder: Path) -> ResultRow | Devia
     wanted = Wanted(study, row.definitions, (_configuration(study, row),), 1, row.seed, row.seconds)
     campaign = Campaign(wanted, folder)
     try:
-        campaign.open(resume=False)
+        with campaign.opened(resume=False):
+            campaign.run(_no_progress, lambda text: None)
     except BadCampaign as error:
         raise BadTable(str(error)) from None
-    campaign.run(_no_progress, lambda text: None)
     results = campaign.results()
     if results.failures:
         return Deviation(row, DeviationCode.FAILED, f"failed: {results.failures[0].why}")

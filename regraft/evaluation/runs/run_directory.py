@@ -8,11 +8,11 @@ depends on the machine is in ``timing.csv`` and ``logs/``.
 from __future__ import annotations
 
 import csv
-import hashlib
 import json
+import math
 import shutil
 import sqlite3
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing as closed_after
 from copy import deepcopy
 from dataclasses import dataclass
@@ -24,20 +24,35 @@ import yaml
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import SchemaError
 from regraft.bus_schema.model.adaptation import AdaptationReport
-from regraft.evaluation.rows import TIME, read_rows, written
+from regraft.evaluation.rows import TIME, Rows, read_rows, written
+from regraft.evaluation.runs.attempts import FAILED, INCOMPLETE, Cause, causes_in, told
+from regraft.evaluation.runs.fingerprint import (
+    Fingerprint,
+    code_hash,
+    files_hash,
+    fingerprint_from,
+    packages_named,
+    stack_hash,
+    versions,
+)
+from regraft.evaluation.runs.folder_lock import LOCK
 from regraft.evaluation.study import Changes, Configuration, RunRecord, Timing
 from regraft.stack import plain_document
 
 AS_RUN: Final = "as_run.yaml"
 STACK, ROWS, ADAPTATIONS, TIMING, RUN = "stack", "rows.csv", "adaptations.csv", "timing.csv", "run.json"
 JOURNAL: Final = "journal.sqlite"
-LEFT_OUT: Final = shutil.ignore_patterns("*.py", "__pycache__", "*.pyc")
 WALL_CLOCK: Final = ("wall_s", "startup_s", "real_time_factor")
 """The fields of a closing line that depend on the machine."""
 
 
 class BadRun(Exception):
-    """A run's directory does not hold what it should; the text states what is missing."""
+    """A run failed, or its directory does not hold what it should; the text states why, ``causes`` for programs."""
+
+    def __init__(self, text: str, causes: Iterable[Cause] = ()) -> None:
+        """Have it that of the whole run if no causes are given."""
+        super().__init__(text)
+        self.causes = tuple(causes) or (Cause(FAILED, "", text),)
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,13 +82,17 @@ class Plan:
             document = merged(document, changes)
         return deepcopy(document)
 
-    def fingerprint(self) -> str:
-        """Return a hash over what is run: the stack with its changes, the files next to it, the seed and the time."""
-        document = self._changed(plain_document(self.stack))
-        digest = hashlib.sha256(json.dumps([document, self.seed, self.seconds], sort_keys=True).encode())
-        for path in sorted(self.stack.parent.rglob("*.xml")):
-            digest.update(path.relative_to(self.stack.parent).as_posix().encode() + b"\0" + path.read_bytes())
-        return digest.hexdigest()
+    def fingerprint(self, hash_code: Callable[[Sequence[str]], str] = code_hash) -> Fingerprint:
+        """Return the fingerprint of the run if it is made now; ``hash_code`` may remember what `code_hash` returns."""
+        document, folder = self._changed(plain_document(self.stack)), self.stack.resolve().parent
+        return Fingerprint(
+            hash_code(packages_named(document)),
+            versions(),
+            stack_hash(document, folder),
+            files_hash(folder),
+            self.seed,
+            self.seconds,
+        )
 
 
 def merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
@@ -93,14 +112,20 @@ def prepare(plan: Plan, home: Path) -> Path:
     """Make the directory of a run that is to be made, in place of what is there; return the stack file to run."""
     if home.exists():
         shutil.rmtree(home)
-    shutil.copytree(plan.stack.parent, home / STACK, ignore=LEFT_OUT)
+    shutil.copytree(plan.stack.parent, home / STACK, ignore=_left_out)
     file = home / STACK / AS_RUN
     file.write_text(yaml.safe_dump(plan.document(), sort_keys=False, width=120))
     return file
 
 
-def complete(plan: Plan, home: Path, closing: Mapping[str, Any]) -> None:
-    """Write what is to be kept of a finished run, in the folder where it was made.
+def _left_out(folder: str, names: list[str]) -> set[str]:
+    """Return what a run does not take along: code, and campaigns that are next to the stack."""
+    campaigns = {name for name in names if (Path(folder) / name / LOCK).is_file()}
+    return campaigns | shutil.ignore_patterns("*.py", "__pycache__", "*.pyc")(folder, names)
+
+
+def complete(plan: Plan, home: Path, closing: Mapping[str, Any], made_of: Fingerprint) -> None:
+    """Write what is to be kept of a finished run, in the folder where it was made; ``made_of`` is its fingerprint.
 
     The rest is left out.
 
@@ -111,18 +136,22 @@ def complete(plan: Plan, home: Path, closing: Mapping[str, Any]) -> None:
     system = home / str(closing.get("system") or plan.document().get("system", ""))
     if not (system / ROWS).is_file():
         raise BadRun(f"no rows were written: the stack needs a recorder with the parameter file: $RUN/{ROWS}")
+    causes = causes_in(closing)
     if not closing.get("reproducible"):
-        raise BadRun(f"it cannot be repeated: dropped {closing.get('dropped')}, restarts {closing.get('restarts')}")
+        raise BadRun(f"it cannot be repeated: {told(causes)}", causes)
     if closing.get("restarts"):
-        raise BadRun(f"parts had to be restarted: {closing['restarts']} times")
+        raise BadRun(f"parts had to be restarted, {closing['restarts']} times: {told(causes)}", causes)
     rows = read_rows(system / ROWS)
     last = rows.number(TIME)[-1] if len(rows) else 0.0
-    if last < plan.seconds - 1.5:
-        raise BadRun(f"the rows end at {last:g} s of {plan.seconds:g} s")
-    if len(rows) < plan.seconds - 1.5:
-        raise BadRun(f"there are {len(rows)} rows of {plan.seconds:g}: some could not be written")
+    wanted = last if rows.are_over else plan.seconds
+    if last < wanted - 1.5:
+        text = f"the rows end at {last:g} s of {plan.seconds:g} s"
+        raise BadRun(text, [Cause(INCOMPLETE, "", text)])
+    if len(rows) < wanted - 1.5:
+        text = f"there are {len(rows)} rows of {wanted:g}: some could not be written"
+        raise BadRun(text, [Cause(INCOMPLETE, "", text)])
     (system / ROWS).replace(home / ROWS)
-    adaptations = _journal(system / JOURNAL)
+    adaptations = _until_the_end_of(rows, _journal(system / JOURNAL))
     for name in (JOURNAL, f"{JOURNAL}-wal", f"{JOURNAL}-shm"):
         if (system / name).is_file():
             (system / name).replace(home / name)
@@ -130,7 +159,7 @@ def complete(plan: Plan, home: Path, closing: Mapping[str, Any]) -> None:
     shutil.rmtree(system)
     _write_adaptations(home / ADAPTATIONS, adaptations)
     _write_timing(home / TIMING, closing, adaptations)
-    told = {name: value for name, value in closing.items() if name not in WALL_CLOCK}
+    closed = {name: value for name, value in closing.items() if name not in WALL_CLOCK}
     about = {
         "study": plan.study,
         "definitions": plan.definitions,
@@ -138,8 +167,8 @@ def complete(plan: Plan, home: Path, closing: Mapping[str, Any]) -> None:
         "number": plan.number,
         "seed": plan.seed,
         "seconds": plan.seconds,
-        "fingerprint": plan.fingerprint(),
-        "closing": told,
+        "fingerprint": made_of.plain(),
+        "closing": closed,
     }
     (home / RUN).write_text(json.dumps(about, indent=1, sort_keys=True) + "\n")
 
@@ -155,6 +184,12 @@ def _journal(path: Path) -> list[AdaptationReport]:
     except (sqlite3.Error, SchemaError) as error:
         raise BadRun(f"{path.name} cannot be read: {error}") from None
     return [report for report in reports if report.request.changes]
+
+
+def _until_the_end_of(rows: Rows, adaptations: Sequence[AdaptationReport]) -> list[AdaptationReport]:
+    """Return the adaptations that count: after a last row that comes before the end, it depends on when that is."""
+    end = rows.number(TIME)[-1] if rows.are_over else math.inf
+    return [report for report in adaptations if report.started <= end]
 
 
 def _write_adaptations(path: Path, adaptations: Sequence[AdaptationReport]) -> None:
@@ -191,17 +226,27 @@ def read_run(home: Path, configuration: Configuration) -> RunRecord:
             int(about["seed"]),
             float(about["seconds"]),
             rows,
-            tuple(_journal(home / JOURNAL)),
+            tuple(_until_the_end_of(rows, _journal(home / JOURNAL))),
             about["closing"],
             Timing(costs["startup"], costs["run"], spent),
+            _made_with(about),
         )
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise BadRun(f"{home}: {type(error).__name__}: {error}") from None
 
 
-def fingerprint_of(home: Path) -> str:
-    """Return the fingerprint of a finished run, empty if it has none."""
+def _made_with(about: Mapping[str, Any]) -> dict[str, str]:
+    """Return the hash of the code, and the versions as one text."""
+    made_of = fingerprint_from(about.get("fingerprint"))
+    if made_of is None:
+        return {}
+    named = sorted(made_of.dependencies.items())
+    return {"code": made_of.code, "versions": ", ".join(f"{name} {value}" for name, value in named)}
+
+
+def fingerprint_of(home: Path) -> Fingerprint | None:
+    """Return the fingerprint of a finished run, None if it has none."""
     try:
-        return str(json.loads((home / RUN).read_text())["fingerprint"])
+        return fingerprint_from(json.loads((home / RUN).read_text())["fingerprint"])
     except (OSError, ValueError, KeyError, TypeError):
-        return ""
+        return None

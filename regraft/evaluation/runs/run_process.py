@@ -8,31 +8,44 @@ import signal
 import subprocess
 import time
 from collections.abc import Mapping
+from datetime import datetime
 from pathlib import Path
 from typing import Any, Final
 
+from regraft.evaluation.rows import ends_with_last_row
+from regraft.evaluation.runs.attempts import FAILED, NOT_STARTED, STALLED, Cause, causes_in, error_in, told
+from regraft.evaluation.runs.fingerprint import Fingerprint
 from regraft.evaluation.runs.run_directory import ROWS, BadRun, Plan
+from regraft.patience import Patience
 from regraft.process.forked import die_with_parent
 from regraft.process.own_python import own_environment, own_python
 
 STARTED_TIMEOUT: Final = 90.0
 STALLED_TIMEOUT: Final = 60.0
-"""Wall-clock seconds in which the first row, then each further one has to come."""
+"""Wall-clock seconds in which the first row, then each further one has to come; longer on a crowded machine."""
 END_TIMEOUT: Final = 30.0
 SAID, COMPLAINED = "up.json", "up.log"
 LAST_WORDS: Final = 300
 
 
+def _stuck(has_rows: bool) -> Cause:
+    if has_rows:
+        return Cause(STALLED, "", f"no further row within {STALLED_TIMEOUT:g} s")
+    return Cause(NOT_STARTED, "", f"no first row within {STARTED_TIMEOUT:g} s")
+
+
 class RunProcess:
     """A run, from its start on."""
 
-    def __init__(self, plan: Plan, home: Path, stack: Path) -> None:
-        """Start it; its files are in ``home``."""
-        self.plan, self.home = plan, home
-        self._began = self._moved = time.monotonic()
+    def __init__(self, plan: Plan, home: Path, stack: Path, made_of: Fingerprint) -> None:
+        """Start it; its files are in ``home``, and it is ``made_of`` what was there just before."""
+        self.plan, self.home, self.made_of = plan, home, made_of
+        self.began = datetime.now().isoformat(" ", "seconds")
+        self._began = time.monotonic()
+        self._moves = Patience(STARTED_TIMEOUT)
         self._ended: float | None = None
         self._size = 0
-        self._why = ""
+        self._stuck: Cause | None = None
         self._rows = home / str(plan.document().get("system", "")) / ROWS
         command = own_python("-m", "regraft.cli", "up", str(stack), "--headless", "--json", "--speed", "max")
         command += ["--seed", str(plan.seed), "--for", f"{plan.seconds:g}"]
@@ -54,13 +67,14 @@ class RunProcess:
         if self._process.poll() is not None:
             self._ended = self._ended or time.monotonic()
             return True
-        now = time.monotonic()
         size = self._rows.stat().st_size if self._rows.is_file() else 0
         if size != self._size:
-            self._size, self._moved = size, now
-        within = STALLED_TIMEOUT if size else STARTED_TIMEOUT
-        if now - self._moved > within:
-            self._why = f"no {'further' if size else 'first'} row within {within:g} s"
+            self._size, self._moves = size, Patience(STALLED_TIMEOUT)
+            if ends_with_last_row(self._rows):
+                self.end()
+                return True
+        if self._moves.is_over():
+            self._stuck = _stuck(size > 0)
             self.end()
             return True
         return False
@@ -86,16 +100,22 @@ class RunProcess:
         except ValueError:
             said = {}
         code = self._process.returncode
-        if self._why or code or not isinstance(said, dict) or not said:
-            problems = "; ".join(said.get("problems", ())) if isinstance(said, dict) else ""
-            why = self._why or problems or self._last_words() or "it printed nothing"
-            raise BadRun(f"exit code {code}: {why}")
+        if self._stuck is not None:
+            raise BadRun(self._stuck.text, [self._stuck])
+        if code or not isinstance(said, dict) or not said:
+            closing = said if isinstance(said, dict) else {}
+            causes, complaint = causes_in(closing), self._complaint("; ".join(closing.get("problems", ())))
+            since = f"; {told(causes)}" if causes else ""
+            raise BadRun(f"exit code {code}: {complaint.text}{since}", causes or [complaint])
         return said
 
-    def _last_words(self) -> str:
-        lines = (self.home / COMPLAINED).read_text(errors="replace").split("\n")
-        told = [line.strip() for line in lines if line.strip()]
-        return told[-1][-LAST_WORDS:] if told else ""
+    def _complaint(self, problems: str) -> Cause:
+        if problems:
+            return Cause(FAILED, "", problems)
+        complaints = (self.home / COMPLAINED).read_text(errors="replace")
+        lines = [line.strip() for line in complaints.split("\n") if line.strip()]
+        last_words = lines[-1][-LAST_WORDS:] if lines else "it printed nothing"
+        return error_in(complaints) or Cause(FAILED, "", last_words)
 
     def end(self) -> None:
         """End it: asked first, then killed, with all that it started."""

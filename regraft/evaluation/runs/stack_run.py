@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from regraft import run_directory
+from regraft.patience import Patience
 from regraft.process.own_python import own_environment, own_python
 
 STARTED_TIMEOUT = 60.0
@@ -59,8 +60,8 @@ def _end(process: subprocess.Popen[str]) -> None:
 
 def started(process: subprocess.Popen[str], home: Path) -> run_directory.RunInfo:
     """Wait until a process of ``regraft up`` has brought its system up; raises RunFailed."""
-    deadline = time.monotonic() + STARTED_TIMEOUT
-    while time.monotonic() < deadline and process.poll() is None:
+    comes_up = Patience(STARTED_TIMEOUT)
+    while not comes_up.is_over() and process.poll() is None:
         there = run_directory.running()
         if there:
             return there[0]

@@ -63,7 +63,8 @@ class ProcessMonitor:
         managed.why_killed = "killed: its loop hung" if managed.seen else "killed: no heartbeat since its start"
         account = self._silence.account(managed.run)
         self._silence.forget(managed.run)
-        self._publisher.event("component.hung", name, f"{name} gives no sign of life: {managed.why_killed} ({account})")
+        text = f"{name} gives no sign of life: {managed.why_killed} ({account})"
+        self._publisher.event("component.hung", name, text, scheduled=managed.held_until is not None)
         self._zygote.signal(managed.pid, signal.SIGABRT)
         managed.kill_at = now + SAY_WHERE_TIMEOUT
 

@@ -257,6 +257,16 @@ class Inbound:
                     return False
         return True
 
+    def missing(self, frontier: Frontier) -> str:
+        """Return what is missing up to ``frontier``, for people."""
+        late = (
+            f"{key} of {source} from {stream.first_missing(sequence)} to {sequence}"
+            for key, sources in frontier.items()
+            for source, sequence in sources.items()
+            if not (stream := self.stream(key, source)).reaches(sequence)
+        )
+        return ", ".join(late)
+
     def release(self, frontier: Frontier) -> None:
         """Line up everything up to ``frontier``, by key, source and sequence."""
         for key in sorted(frontier):

@@ -17,7 +17,7 @@ from regraft.bus_schema.messages.evaluation import RunSummary
 from regraft.bus_schema.messages.health import Event
 from regraft.bus_schema.messages.mission import MissionNode, MissionState, MissionStatus, NodeStatus
 from regraft.bus_schema.messages.power import BatteryState
-from regraft.bus_schema.messages.protocol.clock import ClockTime
+from regraft.bus_schema.messages.protocol.clock import CauseCode, ClockTime, RunCause
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, Violation
 from regraft.cli.adaptation.managing import headline, violation_line
@@ -118,6 +118,11 @@ def test_the_closing_line_says_how_fast_what_drew_and_the_digest() -> None:
         assert part in line
     assert "\n" not in line
     assert "not reproducible" in closing(reproducible=False).line()
+    cause = RunCause(CauseCode.HUNG, "camera", 3.0, "silent")
+    assert "not reproducible, hung: camera" in closing(reproducible=False, causes=(cause,)).line()
+    assert closing(causes=(cause,)).plain()["causes"] == [
+        {"code": "hung", "component": "camera", "stamp": 3.0, "text": "silent"}
+    ]
     assert "camera is quarantined" in closing(problems=("camera is quarantined",)).line()
     assert closing(simulated_s=None, summary={}).line().startswith("frog: ran 2.0 s")
 

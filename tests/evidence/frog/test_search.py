@@ -38,8 +38,8 @@ def test_twenty_rooms_are_searched_as_promised(tmp_path: Path) -> None:
     campaign = Campaign(
         Wanted(study, "corrected", tuple(study.configurations["corrected"]), 20, 1, study.seconds), tmp_path, 2
     )
-    campaign.open(resume=False)
-    campaign.run(lambda progress: None, print)
+    with campaign.opened(resume=False):
+        campaign.run(lambda progress: None, print)
     results = campaign.results()
     print(study.report(results).markdown)
     assert are_kept(results.runs, len(results.failures))

@@ -136,12 +136,47 @@ class Membership:
     member: bool
 
 
+class CauseCode(Enum):
+    """Why a run is not repeatable, or why a part of it was restarted; the last three are what hosts report.
+
+    ``left``: a member's run has ended. ``replaced``: a newer run of a member came. ``silent``: no acknowledgement in
+    time. ``not_joined``: time began without it. ``unwired``: a connection was not confirmed. ``messages_lost``: a step
+    was done without some of its messages. ``schedule_missed``: a scheduled fault was not kept. ``source_restarted``:
+    the source of time is another run. ``hung``, ``over_limit``: the host has killed it. ``ended``: it ended by itself,
+    or somebody else has killed it.
+    """
+
+    LEFT = "left"
+    REPLACED = "replaced"
+    SILENT = "silent"
+    NOT_JOINED = "not_joined"
+    UNWIRED = "unwired"
+    MESSAGES_LOST = "messages_lost"
+    SCHEDULE_MISSED = "schedule_missed"
+    SOURCE_RESTARTED = "source_restarted"
+    HUNG = "hung"
+    OVER_LIMIT = "over_limit"
+    ENDED = "ended"
+
+
+@message("regraft/RunCause")
+@dataclass(frozen=True, slots=True)
+class RunCause:
+    """One cause of a run that is not repeatable: whose, at which simulated time (s), and more for people."""
+
+    code: CauseCode
+    component: str
+    stamp: Seconds
+    text: str = ""
+
+
 @message("regraft/ClockTime")
 @dataclass(frozen=True, slots=True)
 class ClockTime:
     """Simulated time for onlookers: tick, time, members, speed against the wall clock, whether the run is repeatable.
 
-    ``wall`` is the wall-clock time since the first tick, also after the source has died and was restarted.
+    ``wall`` is the wall-clock time since the first tick, also after the source has died and was restarted. ``causes``
+    are the first causes why the run is not repeatable, in their order.
     """
 
     tick: Count
@@ -153,3 +188,4 @@ class ClockTime:
     dropped: tuple[str, ...] = ()
     finished: bool = False
     wall: Seconds = 0.0
+    causes: tuple[RunCause, ...] = ()
