@@ -33,7 +33,7 @@ def recorded(file: Path, ended: float | None) -> Rows:
         for second in range(1, 11):
             over = ended is not None and second >= ended
             state = MissionState.SUCCEEDED if over else MissionState.RUNNING
-            rig.publish("mission", MissionStatus(ended if over and ended else float(second), state, "Search", 1))
+            rig.publish("mission", MissionStatus(float(second), state, "Search", 1))
             rig.advance(1.0)
     return read_rows(file)
 

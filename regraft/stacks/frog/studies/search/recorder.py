@@ -35,6 +35,7 @@ class SearchRecorder(RowRecorder):
     def on_configure(self) -> None:
         """Begin without a verdict."""
         super().on_configure()
+        self._ended: float | None = None
         self._asked: Future[Judgement] | None = None
 
     def row(self, now: float) -> dict[str, Cell]:
@@ -52,9 +53,10 @@ class SearchRecorder(RowRecorder):
 
     def _judged(self, now: float, status: MissionStatus | None) -> Judgement | None:
         """Return the verdict if it is there; ask for it when it is time."""
+        if self._ended is None and status is not None and status.state in ENDED:
+            self._ended = status.stamp
         if self._asked is None:
-            ended = status.stamp if status is not None and status.state in ENDED else None
-            due = self.judged_by if ended is None else max(self.judged_from, ended + COMES_TO_REST)
+            due = self.judged_by if self._ended is None else max(self.judged_from, self._ended + COMES_TO_REST)
             if now >= min(due, self.judged_by):
                 self._asked = self.kit.call("judgement", JudgementRequest(), Judgement, timeout=20.0)
             return None
