@@ -121,7 +121,8 @@ def _architecture(root: Section, refused: frozenset[str]) -> Architecture:
     if not specs and not root.report.problems:
         root.wrong("components", "there are none: a stack needs at least one")
     architecture = replace(architecture, constraints=read_constraints(root, specs))
-    return with_rules(root, with_modes(root, architecture))
+    architecture, known = with_modes(root, architecture, refused)
+    return with_rules(root, architecture, modes_known=known)
 
 
 def _connected(
