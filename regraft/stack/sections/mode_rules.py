@@ -50,7 +50,7 @@ def _rule(section: Section, name: str, modes: Collection[str] | None) -> ModeRul
         _check_modes(section, mode, start, modes)
     rule = ModeRule(
         name,
-        section.text("when"),
+        section.expression("when"),
         mode,
         start,
         section.number("settle", 0.0, LONGEST),
