@@ -71,6 +71,14 @@ def reading_kind(record: RecordShape | None, reading: Reading) -> ValueKind | No
     return None if kind is ValueKind.TEXT and reading.if_none is not None else kind
 
 
+def reading_texts(record: RecordShape, reading: Reading) -> tuple[str, ...]:
+    """Return all texts that can be read from a field with few of them, none for any other; raises BadMessage."""
+    shape = _at(record, reading.field.split("."), record.cls.__name__)
+    if not isinstance(shape, EnumShape) or reading.reduce not in (None, Reduce.TEXT):
+        return ()
+    return tuple(str(member.value) for member in shape.members)
+
+
 def reading_problem(record: RecordShape, reading: Reading) -> str | None:
     """Return why messages of this shape cannot be read so, and how they can; None if they can."""
     try:

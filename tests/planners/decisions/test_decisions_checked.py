@@ -61,7 +61,7 @@ def test_what_can_never_be_is_named(
         (REQUIRE, "5", 22, "constraints.2.require", "5 is a number, must be true or false, such as: NAME > 5"),
         (REQUIRE, "wheels.speed", 22, "constraints.2.require", "such as: wheels.speed > 0"),
         (REQUIRE, "radio", 22, "constraints.2.require", "radio is a text, must be true or false, such as: radio == 'a"),
-        (REQUIRE, "radio == 'slient'", 22, "constraints.2.require", "no alternative 'slient'; did you mean 'silent'?"),
+        (REQUIRE, "radio == 'slient'", 22, "constraints.2.require", "which it never is; did you mean 'silent'?"),
         (REQUIRE, "senses == 'camera'", 22, "constraints.2.require", "senses, a list, is compared with"),
         (REQUIRE, "speed == 'fast'", 22, "constraints.2.require", "speed, a number, is compared with 'fast', a text"),
         (REQUIRE, "radio < 3", 22, "constraints.2.require", "radio, a text, is compared with 3, a number"),

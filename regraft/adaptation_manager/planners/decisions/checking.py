@@ -17,7 +17,7 @@ from regraft.adaptation_manager.planners.decisions.model import (
     expressions_of,
 )
 from regraft.bus_schema.encoding.reading import Reading
-from regraft.bus_schema.encoding.reading_checks import ValueKind, reading_kind, reading_problem
+from regraft.bus_schema.encoding.reading_checks import ValueKind, reading_kind, reading_problem, reading_texts
 from regraft.bus_schema.encoding.registry import type_named
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.expressions import Unknown
@@ -51,31 +51,37 @@ def check_in(
         report.add(path or f"choices.{slot.name}", misfit.why)
     _check_classes(decision, architecture, report)
     read: dict[str, ValueKind | None] = {}
+    texts: dict[str, tuple[str, ...]] = {}
     for entry in decision.context:
         if entry.reading is not None:
-            read[entry.name] = _kind_read(entry, entry.reading, architecture, report)
+            read[entry.name], texts[entry.name] = _read(entry, entry.reading, architecture, report)
         if entry.component and entry.component not in architecture.components:
             report.add(f"context.{entry.name}.fault", no_such("component", entry.component, architecture.components))
-    check_kinds(decision, report, read)
+    check_kinds(decision, report, read, {name: known for name, known in texts.items() if known})
     _check_estimates(decision, architecture, estimates, report)
     _check_measured(decision, architecture, Names(scope), report)
 
 
-def _kind_read(entry: ContextEntry, reading: Reading, architecture: Architecture, report: Report) -> ValueKind | None:
-    """Return the kind of value that is read from a topic, None for any; what cannot be read is noted."""
+def _read(
+    entry: ContextEntry, reading: Reading, architecture: Architecture, report: Report
+) -> tuple[ValueKind | None, tuple[str, ...]]:
+    """Return the kind of value that is read from a topic, None for any, and all texts that it may be, if few.
+
+    What cannot be read is noted.
+    """
     topics = {name: topic.type for name, topic in architecture.topics.items()}
     if entry.topic not in topics and entry.topic not in SYSTEM_TOPICS:
         report.add(f"context.{entry.name}.topic", no_such("topic", entry.topic, topics))
-        return None
-    kind_of_message = type_named((topics | SYSTEM_TOPICS)[entry.topic])
-    problem = reading_problem(kind_of_message.shape, reading)
-    kind = None if problem else reading_kind(kind_of_message.shape, reading)
+        return None, ()
+    message = type_named((topics | SYSTEM_TOPICS)[entry.topic])
+    problem = reading_problem(message.shape, reading)
+    kind = None if problem else reading_kind(message.shape, reading)
     if kind is ValueKind.LIST:
-        problem = f"{kind_of_message.cls.__name__}.{reading.field} is a list, which no expression has: give 'reduce'"
+        problem = f"{message.cls.__name__}.{reading.field} is a list, which no expression has: give 'reduce'"
     if problem:
         report.add(f"context.{entry.name}.field", problem)
-        return None
-    return kind
+        return None, ()
+    return kind, reading_texts(message.shape, reading)
 
 
 def _check_classes(decision: Decision, architecture: Architecture, report: Report) -> None:

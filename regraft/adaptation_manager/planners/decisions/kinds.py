@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 from regraft.adaptation_manager.planners.choices.objective import TOTAL
 from regraft.adaptation_manager.planners.choices.slots import Slot
@@ -16,7 +16,7 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding.reading_checks import ValueKind, reading_kind
 from regraft.bus_schema.model.expression_kinds import kind_of, kind_problems
 from regraft.bus_schema.model.expressions import Expression
-from regraft.bus_schema.suggestions import no_such
+from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.yaml.problems import Report
 
 OF_CONDITIONS = ("require", "when")
@@ -25,11 +25,20 @@ ANY_KIND = ("objective.weights.", "objective.assume.")
 """The begins of fields whose expressions may be of any kind."""
 
 
-def check_kinds(decision: Decision, report: Report, read: Mapping[str, ValueKind | None] | None = None) -> None:
-    """Note expressions of the wrong kind. ``read`` has the kinds of entries of topics, None for any."""
+def check_kinds(
+    decision: Decision,
+    report: Report,
+    read: Mapping[str, ValueKind | None] | None = None,
+    texts: Mapping[str, Collection[str]] | None = None,
+) -> None:
+    """Note expressions of the wrong kind, and texts with which nothing can be equal.
+
+    ``read`` has the kinds of entries of topics, None for any. ``texts`` has all texts that an entry may be.
+    """
     kinds = _kinds(decision, read or {})
+    known = _texts(decision) | dict(texts or {})
     for path, expression in expressions_of(decision):
-        problems = kind_problems(expression, kinds, _wanted(path)) or list(_no_alternatives(expression, decision))
+        problems = kind_problems(expression, kinds, _wanted(path)) or list(_never_equal(expression, known))
         for problem in problems:
             report.add(path, problem)
 
@@ -95,10 +104,13 @@ def _kind_of_name(name: PlainValue) -> ValueKind | None:
     return ValueKind.NUMBER if isinstance(name, int | float) else ValueKind.LIST if name is not None else None
 
 
-def _no_alternatives(expression: Expression, decision: Decision) -> Iterator[str]:
-    """Yield why choices are compared with texts that name none of their alternatives."""
-    slots = {slot.name: slot for slot in decision.slots}
+def _texts(decision: Decision) -> dict[str, Collection[str]]:
+    """Return the names of alternatives by those of choices."""
+    return {slot.name: [str(alternative.name) for alternative in slot.alternatives] for slot in decision.slots}
+
+
+def _never_equal(expression: Expression, texts: Mapping[str, Collection[str]]) -> Iterator[str]:
+    """Yield why names are compared with texts that they never are."""
     for name, value in expression.compared():
-        if name in slots and isinstance(value, str) and slots[name].index_of(value) is None:
-            known = [str(alternative.name) for alternative in slots[name].alternatives]
-            yield f"{name} is compared with {value!r}: {no_such('alternative', value, known)}"
+        if name in texts and isinstance(value, str) and value not in texts[name]:
+            yield f"{name} is compared with {value!r}, which it never is; {instead_of(value, texts[name])}"
