@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 
 from regraft.adaptation_manager.planners.decisions.command_line import decision as command
 from regraft.cli.outcomes import BadInput
+from regraft.stack import StackError, check_with_classes, load
 
 STACK = """\
 system: tests
@@ -107,3 +108,32 @@ def test_a_class_to_choose_has_to_be_there(tmp_path: Path) -> None:
 def test_what_another_class_may_have_is_not_refused(tmp_path: Path) -> None:
     line = "  driver: {component: navigator, classes: ['tests.stack.parts:Joystick']}\n"
     assert _refused(tmp_path, ("max_velocity", "layout"), ("  care: ", line + "  care: ")) == []
+
+
+PLANNER = """\
+  adaptation_manager:
+    class: regraft.adaptation_manager.manager:AdaptationManager
+    parameters: {journal: $RUN/journal.sqlite}
+  forecast:
+    class: regraft.adaptation_manager.planners.forecast.forecast_planner:ForecastPlanner
+    parameters:
+      decisions: look.yaml
+"""
+TOPICS = "topics:\n  adaptations: regraft/AdaptationReport\n  architecture: regraft/Architecture\n"
+
+
+def test_a_stack_whose_planner_takes_a_decision_that_cannot_be_there_does_not_start(tmp_path: Path) -> None:
+    (tmp_path / "look.yaml").write_text(LOOK)
+    stack = tmp_path / "stack.yaml"
+    stack.write_text(STACK.replace("topics:\n", TOPICS) + PLANNER)
+    check_with_classes(load(stack))
+    wrong = LOOK.replace("parameter: max_velocity", "parameter: max_velocty").replace(
+        "[odometry, echo]", "[scan, echo]"
+    )
+    (tmp_path / "look.yaml").write_text(wrong)
+    with pytest.raises(StackError) as refused:
+        check_with_classes(load(stack))
+    first, second = (each.problem for each in refused.value.problems)
+    assert first.startswith(f"{tmp_path}/look.yaml:9: choices.pace.parameter: navigator has no parameter 'max_velocty'")
+    assert second.startswith(f"{tmp_path}/look.yaml:10: choices.smell.topics.0: input 'odometry' takes")
+    assert {each.field for each in refused.value.problems} == {"components.forecast.parameters.decisions"}
