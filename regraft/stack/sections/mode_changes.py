@@ -77,7 +77,8 @@ def change_problems(change: Change, targets: ModeTargets) -> Found:
         for name, problem in parameter_problems(spec, descriptions, change.parameters):
             yield f"parameters.{name}", problem
     elif descriptions is not None and len(descriptions) == 1 and isinstance(change, Connect):
-        yield from _connection_problems(descriptions[0], change, targets.topics)
+        wrong = _connection_problems(descriptions[0], {change.port: change.topic}, targets.topics)
+        yield from ((part, problem) for _, part, problem in wrong)
 
 
 def parameter_problems(spec: ComponentSpec, descriptions: list[Description], values: Mapping[str, PlainValue]) -> Found:
@@ -104,29 +105,41 @@ def _value_problems(descriptions: list[Description], values: Mapping[str, PlainV
             yield name, problems[0] or ""
 
 
-def _connection_problems(description: Description, change: Connect, topics: Mapping[str, TopicSpec]) -> Found:
-    port = next((each for each in description.ports if each.name == change.port), None)
-    if port is None:
-        known = [each.name for each in description.ports]
-        yield "port", f"there is no port {change.port!r}; {instead_of(change.port, known)}"
-    elif change.topic is not None:
-        problem = connection_problem(topics, port, change.topic)
-        yield from [("topic", problem)] if problem else []
+def _connection_problems(
+    description: Description, given: Mapping[str, str | None], topics: Mapping[str, TopicSpec], *, exact: bool = True
+) -> Iterator[tuple[str, str, str]]:
+    """Yield each port that cannot be connected as given, whether it or its topic is wrong, and why.
+
+    Parameters may ask for more ports than an ``exact`` description has.
+    """
+    known = {port.name: port for port in description.ports}
+    for name, topic in given.items():
+        if name not in known:
+            if exact:
+                yield name, "port", f"there is no port {name!r}; {instead_of(name, known)}"
+        elif topic is not None:
+            problem = connection_problem(topics, known[name], topic)
+            yield from [(name, "topic", problem)] if problem else []
 
 
 def _class_problems(change: Add | Swap, spec: ComponentSpec | None, targets: ModeTargets) -> Found:
-    values = change.spec.parameters if isinstance(change, Add) else change.parameters
+    new = change.spec if isinstance(change, Add) else change
     above = "spec." if isinstance(change, Add) else ""
-    if isinstance(change, Swap) and not change.cls:
+    if not new.cls and isinstance(change, Swap):
         descriptions = targets.descriptions(change.component)
     else:
         described = _description(change, spec, targets.refused)
         if isinstance(described, str):
             yield f"{above}class", described
         descriptions = [described] if isinstance(described, Description) else None
-    if descriptions:
-        for name, problem in _value_problems(descriptions, values):
-            yield f"{above}parameters.{name}", problem
+    if not descriptions:
+        return
+    for name, problem in _value_problems(descriptions, new.parameters):
+        yield f"{above}parameters.{name}", problem
+    if all(each is descriptions[0] for each in descriptions):
+        exact = not any(parameter.read_only for parameter in descriptions[0].parameters)
+        wrong = _connection_problems(descriptions[0], new.connections, targets.topics, exact=exact)
+        yield from ((f"{above}connect.{port}", problem) for port, _, problem in wrong)
 
 
 def _description(change: Add | Swap, spec: ComponentSpec | None, refused: Collection[str]) -> Description | str | None:

@@ -23,6 +23,7 @@ modes:
         planner: straight
         max_velocity: 0.1
 """
+AGAIN = f"modes:\n  night:\n    - {{change: swap, {N}, connect: {{odometry: truth}}}}\n"
 CONNECT = f"modes:\n  night:\n    - {{change: connect, {N}, port: odometry, topic: truth}}\n"
 SWAP = (
     f"modes:\n  night:\n    - {{change: swap, {N}, class: 'tests.stack.parts:Joystick', parameters: {{layout: ''}}}}\n"
@@ -35,7 +36,7 @@ def _told(found: Problem) -> tuple[str, int | None]:
     return found.field, found.line
 
 
-@pytest.mark.parametrize("mode", [SET, CONNECT, SWAP, ADD])
+@pytest.mark.parametrize("mode", [SET, CONNECT, AGAIN, SWAP, ADD])
 def test_a_mode_whose_changes_can_be_is_read(tmp_path: Path, mode: str) -> None:
     assert list(load(write(tmp_path, GOOD + mode)).architecture.modes) == ["night"]
 
@@ -60,6 +61,21 @@ def test_a_mode_whose_changes_can_be_is_read(tmp_path: Path, mode: str) -> None:
         (SWAP, "parts:Joystick", "parts:Joystik", "0.class", "has no class 'Joystik'; did you mean 'Joystick'?"),
         (SWAP, "tests.stack.parts:", "nowhere.parts:", "0.class", "cannot import"),
         (SWAP, "layout: ''", "layot: ''", "0.parameters.layot", "did you mean 'layout'?"),
+        (
+            SWAP,
+            "layout: ''}",
+            "layout: ''}, connect: {velocity: scan}",
+            "0.connect.velocity",
+            "carries regraft/LaserScan",
+        ),
+        (ADD, "true}", "true}, connect: {odometri: odometry}", "0.spec.connect.odometri", "did you mean 'odometry'?"),
+        (
+            AGAIN,
+            "odometry:",
+            "odometri:",
+            "0.connect.odometri",
+            "there is no port 'odometri'; did you mean 'odometry'?",
+        ),
         (ADD, "careful: true", "careful: 1", "0.spec.parameters.careful", "1: must be a boolean"),
         (ADD, "parts:Navigator'", "parts:Navigato'", "0.spec.class", "did you mean 'Navigator'?"),
     ],

@@ -38,7 +38,12 @@ def check_kinds(
     kinds = _kinds(decision, read or {})
     known = _texts(decision) | dict(texts or {})
     for path, expression in expressions_of(decision):
-        problems = kind_problems(expression, kinds, _wanted(path)) or list(_never_equal(expression, known))
+        wanted = _wanted(path)
+        problems = kind_problems(expression, kinds, wanted) or list(_never_equal(expression, known))
+        if not problems and wanted is ValueKind.TRUTH and not expression.names:
+            problems = [
+                f"{expression.text!r} speaks of nothing that changes: must be a condition, such as: charge > 0.5"
+            ]
         for problem in problems:
             report.add(path, problem)
 

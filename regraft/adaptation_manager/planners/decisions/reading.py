@@ -81,15 +81,20 @@ def _check_names(decision: Decision, given: set[str], objective: Section, report
     """
     choices = {name for slot in decision.slots for name in _names_of(slot)}
     weights, assumed = ({*objective.section(part).names()} for part in ("weights", "assume"))
+    world = given - choices | weights
     qualities = {quality.name for quality in decision.qualities}
+    limits = {limit.path for limit in decision.limits}
     for path, expression in expressions_of(decision):
-        known = given | weights | choices | assumed
+        is_first = path.startswith("faults.") or path in limits
+        # Faults and limits hold whatever is chosen: they are known before.
+        known = world if is_first else world | choices | assumed
         if path.startswith("objective.weights."):
             known = known - weights
-        elif not path.startswith(("qualities.", "faults.", "objective.assume.")):
+        elif not is_first and not path.startswith(("qualities.", "objective.assume.")):
             known |= qualities
         for name in expression.names:
-            if "." not in name and name not in known:
+            of_choice = name in choices or name.startswith(f"{TOTAL}.")
+            if name not in known and ("." not in name or (is_first and of_choice)):
                 report.add(path, f"nothing is called {name!r} here; {instead_of(name, known)}")
     _check_triggers(decision, report)
 

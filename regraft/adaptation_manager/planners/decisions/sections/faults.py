@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Final
 
 from regraft.adaptation_manager.planners.choices.slots import Slot
 from regraft.adaptation_manager.planners.decisions.fields import expression
@@ -11,6 +12,8 @@ from regraft.adaptation_manager.planners.decisions.sections.choices import Choic
 from regraft.bus_schema.suggestions import no_such
 from regraft.stack.yaml.nodes import plain
 from regraft.stack.yaml.section import Section
+
+CONSEQUENCES: Final = ("excludes", "prescribes")
 
 
 def read_faults(document: Section, choices: Choices) -> tuple[Fault, ...]:
@@ -22,7 +25,8 @@ def read_faults(document: Section, choices: Choices) -> tuple[Fault, ...]:
         section.only("when", "excludes", "prescribes")
         if "when" not in section:
             section.wrong("when", "is missing: the condition under which this is so")
-        if "excludes" not in section and "prescribes" not in section:
+        given = [node for key in CONSEQUENCES if (node := section.node(key)) is not None]
+        if all(node.value is None or node.value == {} for node in given):
             table.wrong(name, "has no consequence: give 'excludes' or 'prescribes'")
         when = expression(section, "when")
         excludes = tuple(_alternatives(section.section("excludes"), choices))
