@@ -27,7 +27,7 @@ def kind_of(expression: Expression, kinds: Kinds = NO_KINDS) -> ValueKind | None
 
 
 def kind_problems(expression: Expression, kinds: Kinds = NO_KINDS, wanted: ValueKind | None = None) -> list[str]:
-    """Return what is of the wrong kind in an expression whose value is to be of a kind, None for any.
+    """Return what is of the wrong kind in an expression whose value is ``wanted`` to be of a kind.
 
     True and false are numbers, too: 1 and 0. A condition is true or false, and nothing else is.
     """

@@ -72,7 +72,7 @@ def _value_problems(value: GivenValue, spec: ComponentSpec, folder: Path) -> Ite
 def _changes(
     section: Section, name: str, components: Mapping[str, ComponentSpec]
 ) -> list[tuple[str, Change, PlainChange]]:
-    """Return the changes of a mode that can be read, each with its field, and as plain data with absolute paths."""
+    """Return the changes of a mode that can be read: the field of each, its meaning, and it with absolute paths."""
     node = section.node(name)
     changes = plain(node) if node else None
     if not isinstance(changes, list) or not changes:

@@ -37,7 +37,7 @@ class GivenValue:
 
 @dataclass(frozen=True, slots=True)
 class SystemModesFile:
-    """The changes of each mode as plain data, the modes of other parts that each enters, the rules, and the values."""
+    """The changes of each mode as plain data, the modes of other parts that it enters, rules and values."""
 
     modes: dict[str, PlainValue]
     parts: dict[str, tuple[str, ...]]

@@ -65,9 +65,9 @@ def check_in(
 def _read(
     entry: ContextEntry, reading: Reading, architecture: Architecture, report: Report
 ) -> tuple[ValueKind | None, tuple[str, ...]]:
-    """Return the kind of value that is read from a topic, None for any, and all texts that it may be, if few.
+    """Return the kind of value that is read from a topic, and all texts that it may be. Both may be unknown.
 
-    What cannot be read is noted.
+    A field that cannot be read is noted.
     """
     topics = {name: topic.type for name, topic in architecture.topics.items()}
     if entry.topic not in topics and entry.topic not in SYSTEM_TOPICS:

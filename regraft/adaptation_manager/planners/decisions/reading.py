@@ -86,7 +86,7 @@ def _check_names(decision: Decision, given: set[str], objective: Section, report
     limits = {limit.path for limit in decision.limits}
     for path, expression in expressions_of(decision):
         is_first = path.startswith("faults.") or path in limits
-        # Faults and limits hold whatever is chosen: they are known before.
+        # Faults and limits are computed before anything is chosen.
         known = world if is_first else world | choices | assumed
         if path.startswith("objective.weights."):
             known = known - weights
