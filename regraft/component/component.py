@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.errors import BadMessage, BadType
 from regraft.bus_schema.keys import own_name
+from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.description import Description, Resources, check_amounts
 from regraft.bus_schema.suggestions import instead_of
 from regraft.component.handlers import LONGEST, Period, Service, period_of, service_of
@@ -116,6 +117,17 @@ class Component:
 
         It runs on the machine where the stack is started, and may read files. It must start no thread and open no
         device.
+
+        Raises:
+            ParameterError: with the dotted paths of values and why they are wrong.
+            ValueError: all of it is wrong.
+        """
+
+    @classmethod
+    def check_architecture(cls, name: str, parameters: dict[str, Any], architecture: Architecture) -> None:
+        """Find what would keep the component ``name`` from its work among the others, before anything starts.
+
+        It runs where `check_parameters` does, and after it, with the whole stack as it is to be at first.
 
         Raises:
             ParameterError: with the dotted paths of values and why they are wrong.

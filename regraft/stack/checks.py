@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
-from regraft.bus_schema.annotations import PlainValue
-from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.model.adaptation import AdaptationRequest, SetParameters, Violation
+from regraft.bus_schema.model.adaptation import Violation
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.consistency import violations
 from regraft.stack.files import file_problems
@@ -47,21 +45,10 @@ def field_in_file(violation: Violation) -> str:
 
 def _file_problems(architecture: Architecture) -> Iterator[tuple[str, str]]:
     """Yield what is wrong with the files that components of this machine read: other hosts have files of their own."""
-    for name, values, place in _settings(architecture):
-        spec = architecture.components.get(name)
-        if spec and spec.description and spec.host == FIRST:
-            for parameter, problem in file_problems(spec.description, values):
-                yield f"{place}.parameters.{parameter}", problem
-
-
-def _settings(architecture: Architecture) -> Iterator[tuple[str, Mapping[str, PlainValue], str]]:
-    """Yield where components and modes set parameters: the component, the values, and the place in the file."""
     for name, spec in architecture.components.items():
-        yield name, spec.parameters, f"components.{name}"
-    for mode, changes in architecture.modes.items():
-        for change in codec.from_plain({"changes": changes}, AdaptationRequest).changes:
-            if isinstance(change, SetParameters):
-                yield change.component, change.parameters, f"modes.{mode}.{change.component}"
+        if spec.description and spec.host == FIRST:
+            for parameter, problem in file_problems(spec.description, spec.parameters):
+                yield f"components.{name}.parameters.{parameter}", problem
 
 
 def _time_problems(architecture: Architecture) -> Iterator[tuple[str, str]]:

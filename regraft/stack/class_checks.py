@@ -1,4 +1,4 @@
-"""Has the classes of components check their parameters before anything starts."""
+"""Has the classes of components check their parameters, and the stack around them, before anything starts."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ def check_with_classes(stack: Stack) -> None:
             cls = load_class(spec.cls)
             at = f"components.{name}.parameters"
             try:
-                cls.check_parameters(parameter_set(cls, spec.parameters).values, stack.seed)
+                values = parameter_set(cls, spec.parameters).values
+                cls.check_parameters(values, stack.seed)
+                cls.check_architecture(name, values, stack.architecture)
             except ParameterError as error:
                 problems += [stack.problem(f"{at}.{place}", why) for place, why in error.parts]
             except KeyboardInterrupt:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from regraft.process.trial.trial_import import Notice, try_imports
+from regraft.stack.sections.hosts import FIRST
+from regraft.stack.yaml.nodes import Node, plain
 from regraft.stack.yaml.section import Section
 
 
@@ -29,9 +31,31 @@ def _named(root: Section) -> Iterator[tuple[str, str, str]]:
     """Yield each place that names a module, the module, and the class's path if it names one."""
     for index, module in enumerate(root.texts("imports")):
         yield f"imports.{index}", module, ""
-    components = root.section("components")
-    for name in components.names():
-        path = components.section(name).text("class")
+    for place, path in _classes(root):
         module, separator, cls = path.partition(":")
         if module and separator and cls:
-            yield f"components.{name}.class", module, path
+            yield place, module, path
+
+
+def _classes(root: Section) -> Iterator[tuple[str, str]]:
+    """Yield each place that names the class of a component, and the class's path."""
+    components = root.section("components")
+    for name in components.names():
+        yield f"components.{name}.class", components.section(name).text("class")
+    modes = root.node("modes")
+    for mode, node in modes.value.items() if modes is not None and isinstance(modes.value, dict) else ():
+        for index, change in enumerate(node.value if isinstance(node.value, tuple) else ()):
+            yield from _class_in_mode(change, f"modes.{mode}.{index}", components)
+
+
+def _class_in_mode(change: Node, place: str, components: Section) -> Iterator[tuple[str, str]]:
+    """Yield the class that a change of a mode gives to a component of this machine: other hosts have their own."""
+    given = plain(change)
+    if not isinstance(given, dict):
+        return
+    own = components.node(str(given.get("component")))
+    swapped = plain(own) if own is not None else None
+    for spec, at, of in ((given, "class", swapped), (given.get("spec"), "spec.class", given.get("spec"))):
+        path = spec.get("class") if isinstance(spec, dict) else None
+        if isinstance(path, str) and isinstance(of, dict) and of.get("host", FIRST) == FIRST:
+            yield f"{place}.{at}", path

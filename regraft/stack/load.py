@@ -104,6 +104,10 @@ def _imports(root: Section, refused: frozenset[str]) -> tuple[str, ...]:
 
 def _architecture(root: Section, refused: frozenset[str]) -> Architecture:
     table = root.section("components")
+    given = root.node("components")
+    if given is not None and given.value is not None and not isinstance(given.value, dict):
+        # Nearly all else speaks of components, and would be wrong.
+        root.report.raise_if_any()
     specs = {name: read_component(table, name, refused) for name in table.names()}
     # Topics come after the components: importing a class may make new message types known.
     topics = read_topics(root.section("topics"))
@@ -121,7 +125,8 @@ def _architecture(root: Section, refused: frozenset[str]) -> Architecture:
     if not specs and not root.report.problems:
         root.wrong("components", "there are none: a stack needs at least one")
     architecture = replace(architecture, constraints=read_constraints(root, specs))
-    return with_rules(root, with_modes(root, architecture))
+    architecture, known = with_modes(root, architecture, refused)
+    return with_rules(root, architecture, modes_known=known)
 
 
 def _connected(

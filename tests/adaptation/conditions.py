@@ -33,6 +33,7 @@ MALFORMED: Final[tuple[tuple[Any, str, str], ...]] = (
     ({"component": "a", "state": "actve"}, "state", "did you mean 'active'?"),
     ({"requirement": "A", "unknown_for": 1}, "unknown_for", "no place next to 'requirement'"),
     ({"require": "speed > 1"}, "require", "'speed' is no 'component.parameter'"),
+    ({"require": "a.b * 2"}, "require", "a.b * 2 is a number, must be true or false, such as: a.b * 2 > 0"),
     ({"require": "a.b >"}, "require", "is no expression"),
     ({}, "", "has none of them"),
     (3, "", "must be a map"),

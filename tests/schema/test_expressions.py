@@ -60,7 +60,7 @@ def test_an_expression_names_what_it_speaks_of() -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["1 / e", "r.c.z + 1", "r.c.z", "some", "1e308 * 1e308", "min()", "r.c.z * 3", "3 * some", "-r.c.z"]
+    "text", ["1 / e", "r.c.z + 1", "r.c.z", "some", "1e308 * 1e308", "min(a)", "r.c.z * 3", "3 * some", "-r.c.z"]
 )
 def test_what_the_values_do_not_fit_cannot_be_computed(text: str) -> None:
     with pytest.raises(NotComputable):
@@ -79,6 +79,7 @@ def test_a_name_without_a_value_makes_the_whole_unknown(text: str) -> None:
     ["", "a >", "a b", "a = 1", "[1]", "[a.x]", "a[0]", "(lambda: 1)()", "lambda: 1", "open('f')", "__import__('os')",
      "().__class__", "'x'.join", "f'{a}'", "known(a)", "2 ** 99", "a ** 9", "a // 2", "a % 2", "a in b.c", "a is b",
      "~1", "+1", "max(*a)", "abs(x=1)", "min.max(1, 2)", "(a)(1)", "None", "...", "b'x'", "a < 1j", "1e999",
+     "abs(1, 2)", "atan2(1)", "min()", "hypot()",
      "1" * 2000, "1" * 2001, "+".join("a" * 500), "(" * 300, "-" * 300 + "a", "not " * 400 + "a",
      "max(" + ",".join("1" * 500) + ")"],
 )  # fmt: skip
@@ -92,6 +93,7 @@ def test_a_refusal_shows_what_is_wrong_and_what_there_is() -> None:
         ("1 +", "'1 +' is no expression: invalid syntax"),
         ("1 + a ** 2", "'a ** 2' has no place in an expression"),
         ("open('f')", "'open' is no function; there are: min, max, abs, hypot, atan2, turned, known"),
+        ("1 + atan2(a)", "'atan2(a)': atan2 takes 2, not 1 values"),
         ("a" * 2001, "has 2001 characters, must have at most 2000"),
         ("-" * 300 + "a", "is nested more than 140 deep"),
     ):

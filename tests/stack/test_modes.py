@@ -29,19 +29,39 @@ def test_a_mode_is_read_as_its_changes(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("mode", "problem"),
+    ("mode", "field", "problem"),
     [
-        ("[]", "must be a list of changes"),
-        ("dark", "must be a list of changes"),
-        ("[{change: sleep}]", "changes.0"),
-        ("[{change: set_parameters, component: world}]", "parameters"),
-        ("[{change: mode, mode: night}]", "enters itself: night > night"),
-        ("[{change: mode, mode: nihgt}]", "there is no mode 'nihgt'; did you mean 'night'?"),
-        (f"[{SLOW.replace('rescuer.navigator', 'wrld')}]", "there is no component 'wrld'; did you mean 'world'?"),
+        ("[]", "", "must be a list of changes"),
+        ("dark", "", "must be a list of changes"),
+        ("[{change: sleep}]", ".0.change", "is 'sleep', must be one of"),
+        ("[{change: set_parameters, component: world}]", ".0.parameters", "missing"),
+        ("[{change: mode, mode: night}]", ".0.mode", "enters itself: night > night"),
+        ("[{change: mode, mode: nihgt}]", ".0.mode", "there is no mode 'nihgt'; did you mean 'night'?"),
+        (
+            f"[{SLOW.replace('rescuer.navigator', 'wrld')}]",
+            ".0.component",
+            "there is no component 'wrld'; did you mean 'world'?",
+        ),
     ],
 )
-def test_a_mode_that_cannot_be_read_is_told_with_its_line(tmp_path: Path, mode: str, problem: str) -> None:
+def test_a_mode_that_cannot_be_read_is_told_with_its_line(tmp_path: Path, mode: str, field: str, problem: str) -> None:
     text = _with(mode)
     (found,) = problems(tmp_path, text)
-    assert (found.field, found.line) == ("modes.night", line_of(text, "night"))
+    assert (found.field, found.line) == (f"modes.night{field}", line_of(text, "night"))
     assert problem in found.problem
+
+
+def test_each_change_of_a_mode_that_is_wrong_is_told_in_its_own_line(tmp_path: Path) -> None:
+    text = f"{GOOD}modes:\n  night:\n    - {SLOW}\n    - change: transition\n      component: world\n"
+    text += "      transition: activte\n    - {change: sleep}\n"
+    first, second = problems(tmp_path, text)
+    assert (first.field, first.line) == ("modes.night.1.transition", line_of(text, "activte"))
+    assert (second.field, second.line) == ("modes.night.2.change", line_of(text, "sleep"))
+
+
+def test_a_circle_of_modes_is_told_once_and_modes_that_lead_to_it_are_not_blamed(tmp_path: Path) -> None:
+    modes = {"before": "dusk", "dusk": "night", "night": "dusk"}
+    text = f"{GOOD}modes:\n" + "".join(f"  {a}: [{{change: mode, mode: {b}}}]\n" for a, b in modes.items())
+    (found,) = problems(tmp_path, text)
+    assert (found.field, found.line) == ("modes.dusk.0.mode", line_of(text, "dusk: "))
+    assert found.problem == "enters itself: dusk > night > dusk"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from enum import Enum
 
 from regraft.bus_schema.encoding.arrays import ArrayShape
 from regraft.bus_schema.encoding.reading import NEEDED, Reading, Reduce, is_index
@@ -21,6 +22,7 @@ from regraft.bus_schema.encoding.shapes import (
     TupleShape,
 )
 from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.suggestions import near
 
 NUMBERS = (FloatShape, IntShape)
 SCALARS = (FloatShape, IntShape, BoolShape, TextShape, EnumShape)
@@ -35,6 +37,46 @@ WORDS: dict[type, str] = {
     MapShape: "a map",
     ArrayShape: "an array",
 }
+
+
+class ValueKind(Enum):
+    """The kinds of values that are read and computed, in words."""
+
+    TRUTH = "true or false"
+    NUMBER = "a number"
+    TEXT = "a text"
+    LIST = "a list"
+
+
+KINDS: dict[type, ValueKind] = {
+    FloatShape: ValueKind.NUMBER,
+    IntShape: ValueKind.NUMBER,
+    BoolShape: ValueKind.TRUTH,
+    TextShape: ValueKind.TEXT,
+    EnumShape: ValueKind.TEXT,
+    TupleShape: ValueKind.LIST,
+}
+
+
+def reading_kind(record: RecordShape | None, reading: Reading) -> ValueKind | None:
+    """Return the kind of the value that is read from messages of a shape; None if it may be any.
+
+    Without a shape, it is known by the reduction alone. Raises BadMessage as `reading_problem` returns it.
+    """
+    if reading.reduce is not None:
+        kind: ValueKind | None = ValueKind.TEXT if reading.reduce is Reduce.TEXT else ValueKind.NUMBER
+    else:
+        shape = record and _at(record, reading.field.split("."), record.cls.__name__)
+        kind = KINDS.get(type(shape))
+    return None if kind is ValueKind.TEXT and reading.if_none is not None else kind
+
+
+def reading_texts(record: RecordShape, reading: Reading) -> tuple[str, ...]:
+    """Return all texts that can be read from a field with few of them, none for any other; raises BadMessage."""
+    shape = _at(record, reading.field.split("."), record.cls.__name__)
+    if not isinstance(shape, EnumShape) or reading.reduce not in (None, Reduce.TEXT):
+        return ()
+    return tuple(str(member.value) for member in shape.members)
 
 
 def reading_problem(record: RecordShape, reading: Reading) -> str | None:
@@ -61,7 +103,9 @@ def _at(shape: Shape, path: list[str], where: str) -> Shape:
     inner, used = _part(shape, path)
     if inner is None:
         has = f"it has: {_names(shape)}" if isinstance(shape, RecordShape) else f"it is {_word(shape)}"
-        raise BadMessage(f"{where} has no field {path[0]!r}; {has}")
+        meant = near(path[0], [name for name, _ in shape.fields]) if isinstance(shape, RecordShape) else None
+        hint = f"; did you mean {meant!r}?" if meant else ""
+        raise BadMessage(f"{where} has no field {path[0]!r}; {has}{hint}")
     return _at(inner, path[used:], ".".join([where, *path[:used]]))
 
 

@@ -52,7 +52,9 @@ def constraint_expression(text: str) -> Expression:
     if bare:
         raise BadMessage(f"{bare[0]!r} has no place in a constraint: must be 'component.parameter'")
     if not expression.names:
-        raise BadMessage(f"{text!r} speaks of no 'component.parameter'")
+        raise BadMessage(
+            f"{text!r} speaks of no 'component.parameter': must be a condition, such as: navigator.max_velocity < 0.2"
+        )
     return expression
 
 

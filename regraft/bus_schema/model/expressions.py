@@ -52,6 +52,9 @@ FUNCTIONS: Final[dict[str, Callable[..., Any]]] = {
 }
 """``turned`` is an angle (rad) within half a turn."""
 
+COUNTS: Final[dict[str, tuple[int, float]]] = {"abs": (1, 1), "atan2": (2, 2), "turned": (1, 1)}
+"""How many values functions take, at least and at most; the others take any, but for none."""
+
 
 class Unknown(Exception):
     """A name has no value; the text states which."""
@@ -68,6 +71,7 @@ class Expression:
         text: as it was written.
         names: the names that it speaks of, each once, in their order.
         constants: the numbers, texts and truths that it holds.
+        root: its syntax tree, which nobody changes.
     """
 
     def __init__(self, text: str) -> None:
@@ -76,10 +80,10 @@ class Expression:
         if len(text) > MAX_LENGTH:
             raise BadMessage(f"has {len(text)} characters, must have at most {MAX_LENGTH}")
         try:
-            self._root = ast.parse(text.strip(), mode="eval").body
+            self.root: ast.expr = ast.parse(text.strip(), mode="eval").body
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
             raise BadMessage(f"{text!r} is no expression: {getattr(error, 'msg', error)}") from None
-        self._parts = parts = list(_walk(self._root))
+        self._parts = parts = list(_walk(self.root))
         if len(parts) > MAX_PARTS:
             raise BadMessage(f"has {len(parts)} parts, must have at most {MAX_PARTS}")
         self.names = tuple(dict.fromkeys(name for part in parts if (name := _name(part)) is not None))
@@ -130,7 +134,7 @@ class Expression:
     def value(self, names: Mapping[str, Any]) -> Any:
         """Return the value where names have these values; raises Unknown, and BadMessage if the mapping does."""
         try:
-            found = _value(self._root, names)
+            found = _value(self.root, names)
             if isinstance(found, int | float) and not math.isfinite(found):
                 raise ArithmeticError("is not finite")
         except BadMessage:
@@ -185,6 +189,10 @@ def _arguments(call: ast.Call) -> list[ast.expr]:
         raise BadMessage(f"{ast.unparse(call.func)!r} is no function; there are: {', '.join((*FUNCTIONS, KNOWN))}")
     if function == KNOWN and len(call.args) != 2:
         raise BadMessage("known takes a value and what it is otherwise")
+    least, most = COUNTS.get(function, (1, math.inf))
+    if not least <= len(call.args) <= most:
+        number = f"{least}" if least == most else f"at least {least}"
+        raise BadMessage(f"{ast.unparse(call)!r}: {function} takes {number}, not {len(call.args)} values")
     return call.args
 
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from regraft.bus_schema.encoding.reading_checks import ValueKind
 from regraft.bus_schema.model.adaptation import Violation
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.constraints import split_parameter
 from regraft.bus_schema.model.description import Description
+from regraft.bus_schema.model.expression_kinds import kind_of_parameter, kind_problems
 from regraft.bus_schema.model.expressions import Expression
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.qualities.qualities import QualityDescription, measured
@@ -57,9 +59,28 @@ def _of_expression(expression: Expression, confirm: float, after: Architecture) 
         if name in wrong or _has_parameter(after.components[component], what):
             continue
         if what == ACTIVE and not isinstance(value, bool):
+            wrong.add(name)
             yield f"{name} is true or false, and is compared with {value!r}"
         elif what != ACTIVE and isinstance(value, str):
+            wrong.add(name)
             yield f"{name} is a number, and is compared with the text {value!r}"
+    if not wrong:
+        yield from kind_problems(expression, _kinds(expression, after), ValueKind.TRUTH)
+
+
+def _kinds(expression: Expression, after: Architecture) -> dict[str, ValueKind]:
+    """Return the kinds of names whose components are there: of parameters, of qualities, of whether one is active."""
+    found = {}
+    for name in expression.names:
+        component, what = split_parameter(name)
+        description = after.components[component].description
+        parameter = description.parameter(what) if description else None
+        kind = kind_of_parameter(parameter) if parameter else None
+        if parameter is None:
+            kind = ValueKind.TRUTH if what == ACTIVE else ValueKind.NUMBER
+        if kind is not None:
+            found[name] = kind
+    return found
 
 
 def _component(name: str, after: Architecture) -> ComponentSpec | str:

@@ -7,8 +7,10 @@ from enum import Enum
 from typing import Annotated, ClassVar
 
 from regraft.bus_schema.annotations import Bounds, Count, Seconds, Text, ToldBriefly
+from regraft.bus_schema.encoding.reading_checks import ValueKind
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.errors import BadCombination, BadMessage
+from regraft.bus_schema.model.expression_kinds import kind_problems
 from regraft.bus_schema.model.expressions import MAX_LENGTH, Expression
 from regraft.bus_schema.model.lifecycle import PRIMARY, State
 
@@ -80,6 +82,9 @@ class Condition:
                 raise BadCombination(
                     f"{what} 'component.parameter', 'component.quality' or 'component.active'", ("require",)
                 )
+            problems = kind_problems(expression, wanted=ValueKind.TRUTH)
+            if problems:
+                raise BadCombination("; ".join(problems), ("require",))
 
     def _check_bounds(self) -> None:
         if self.within and len(self.within) != 2:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
+from regraft.bus_schema.encoding.reading_checks import ValueKind
 from regraft.bus_schema.errors import BadMessage
-from regraft.bus_schema.model.architecture import Constraint, ConstraintKind
+from regraft.bus_schema.model.architecture import ComponentSpec, Constraint, ConstraintKind
 from regraft.bus_schema.model.constraints import constraint_expression, split_parameter
+from regraft.bus_schema.model.expression_kinds import kind_of_parameter, kind_problems
+from regraft.bus_schema.model.expressions import Expression
 from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.yaml.nodes import Node
 from regraft.stack.yaml.section import Section
@@ -16,7 +19,7 @@ NOTHING = Constraint(ConstraintKind.PROVIDED)
 """Asks for nothing: replaces one that cannot be read, so that the others keep their places in the list."""
 
 
-def read_constraints(root: Section, components: Collection[str]) -> tuple[Constraint, ...]:
+def read_constraints(root: Section, components: Mapping[str, ComponentSpec]) -> tuple[Constraint, ...]:
     """Return the constraints of the list ``constraints``; they speak of ``components``."""
     node = root.node("constraints")
     if node is None:
@@ -32,7 +35,7 @@ def _numbered(parts: tuple[Node, ...]) -> list[tuple[str, Node]]:
     return [(str(index), part) for index, part in enumerate(parts)]
 
 
-def _constraint(section: Section, components: Collection[str]) -> Constraint | None:
+def _constraint(section: Section, components: Mapping[str, ComponentSpec]) -> Constraint | None:
     given = [key for key in section.names() if key in KINDS]
     if len(given) != 1:
         problem = "several" if given else "none"
@@ -61,19 +64,35 @@ def _constraint(section: Section, components: Collection[str]) -> Constraint | N
     return Constraint(kind, components=names_given, because=because)
 
 
-def _expression(section: Section, because: str, components: Collection[str]) -> Constraint | None:
+def _expression(section: Section, because: str, components: Mapping[str, ComponentSpec]) -> Constraint | None:
     section.only("require", "because")
-    expression = section.text("require")
+    expression = section.expression("require")
     if not expression:
         return None
     try:
-        names = constraint_expression(expression).names
+        required = constraint_expression(expression)
     except BadMessage as error:
         section.wrong("require", str(error))
         return None
-    for name in names:
+    for name in required.names:
         _check_component(section, "require", split_parameter(name)[0], components)
-    return Constraint(ConstraintKind.REQUIRE, expression=expression, because=because)
+    problems = kind_problems(required, _kinds(required, components), ValueKind.TRUTH)
+    for problem in problems:
+        section.wrong("require", problem)
+    return None if problems else Constraint(ConstraintKind.REQUIRE, expression=expression, because=because)
+
+
+def _kinds(expression: Expression, components: Mapping[str, ComponentSpec]) -> dict[str, ValueKind]:
+    """Return the kinds of parameters by the names that an expression has for them, and of whether one is active."""
+    found = {}
+    for name in expression.names:
+        component, what = split_parameter(name)
+        spec = components.get(component)
+        described = spec.description.parameter(what) if spec and spec.description else None
+        kind = kind_of_parameter(described) if described else ValueKind.TRUTH if what == "active" else None
+        if kind is not None:
+            found[name] = kind
+    return found
 
 
 def _parameter(section: Section, because: str, components: Collection[str]) -> Constraint | None:

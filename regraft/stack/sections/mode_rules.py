@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import replace
 
 from regraft.bus_schema.encoding import codec
@@ -20,21 +20,25 @@ from regraft.stack.yaml.section import Section
 PLANNER = "regraft.adaptation_manager.planners.modes.mode_planner:ModePlanner"
 
 
-def with_rules(root: Section, architecture: Architecture) -> Architecture:
-    """Return the architecture with the rules of ``rules``, after those of a file of system_modes."""
+def with_rules(root: Section, architecture: Architecture, *, modes_known: bool = True) -> Architecture:
+    """Return the architecture with the rules of ``rules``, after those of a file of system_modes.
+
+    Where the names of the modes are not known, what speaks of them is not judged: most of it would be wrong.
+    """
     section = root.section("rules")
     before = len(root.report.problems)
-    own = [_rule(section.section(name), name, architecture) for name in section.names()]
+    modes = architecture.modes if modes_known else None
+    own = [_rule(section.section(name), name, modes) for name in section.names()]
     found = replace(architecture, mode_rules=(*architecture.mode_rules, *filter(None, own)))
     described = all(spec.description or not spec.managed for spec in architecture.components.values())
     if own and described and not deciders(architecture.components.values()):
         root.wrong("rules", f"nobody enforces them: add a component of the class {PLANNER}")
-    if described and len(root.report.problems) == before:
+    if described and modes_known and len(root.report.problems) == before:
         _check_conditions(root, found)
     return found
 
 
-def _rule(section: Section, name: str, architecture: Architecture) -> ModeRule | None:
+def _rule(section: Section, name: str, modes: Collection[str] | None) -> ModeRule | None:
     section.only("when", "mode", "from", "settle", "dwell", "because")
     before = len(section.report.problems)
     for field in ("when", "mode"):
@@ -42,10 +46,11 @@ def _rule(section: Section, name: str, architecture: Architecture) -> ModeRule |
             section.wrong(field, "is missing")
     mode = section.text("mode")
     start = _one_or_several(section, "from")
-    _check_modes(section, mode, start, architecture)
+    if modes is not None:
+        _check_modes(section, mode, start, modes)
     rule = ModeRule(
         name,
-        section.text("when"),
+        section.expression("when"),
         mode,
         start,
         section.number("settle", 0.0, LONGEST),
@@ -63,8 +68,7 @@ def _one_or_several(section: Section, key: str) -> tuple[str, ...]:
     return (text,) if text else ()
 
 
-def _check_modes(section: Section, mode: str, start: Iterable[str], architecture: Architecture) -> None:
-    modes = architecture.modes
+def _check_modes(section: Section, mode: str, start: Iterable[str], modes: Collection[str]) -> None:
     if mode and mode not in modes:
         section.wrong("mode", no_such("mode", mode, modes))
     for each in start:
@@ -78,8 +82,7 @@ def _check_modes(section: Section, mode: str, start: Iterable[str], architecture
 
 
 def _check_conditions(root: Section, architecture: Architecture) -> None:
-    """Note conditions that cannot be, and rules that lead in a circle."""
-    before = len(root.report.problems)
+    """Note conditions that cannot be, and rules that lead in a circle: where a mode is wrong, that is not known."""
     own = Section(root.node("rules") or Node({}), "rules", root.report)
     for rule in architecture.mode_rules:
         for problem in condition_problems(rule, architecture):
@@ -87,7 +90,7 @@ def _check_conditions(root: Section, architecture: Architecture) -> None:
                 own.section(rule.name).wrong("when", problem)
             else:
                 root.wrong("modes", f"rule {rule.name}: {problem}")
-    if len(root.report.problems) > before:
+    if root.report.problems:
         return
     changes = {
         name: codec.from_plain({"changes": each}, AdaptationRequest).changes

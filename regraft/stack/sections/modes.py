@@ -2,88 +2,153 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
-from regraft.bus_schema.model.adaptation import AdaptationRequest, Add, EnterMode, SetParameters
+from regraft.bus_schema.model.adaptation import AdaptationRequest, Add, Change, EnterMode, SetParameters
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
-from regraft.bus_schema.suggestions import instead_of, no_such
+from regraft.bus_schema.suggestions import no_such
 from regraft.stack.relative_paths import with_absolute_paths
-from regraft.stack.sections.system_modes import read_system_modes_file
-from regraft.stack.yaml.nodes import plain
+from regraft.stack.sections.mode_changes import change_problems, parameter_problems, targets_of
+from regraft.stack.sections.system_modes import GivenValue, read_system_modes_file
+from regraft.stack.yaml.nodes import Node, plain
 from regraft.stack.yaml.problems import StackError
 from regraft.stack.yaml.section import Section
 
+PlainChange = dict[str, PlainValue]
+MODES = "modes"
 
-def with_modes(root: Section, architecture: Architecture) -> Architecture:
-    """Return the architecture with the modes of ``modes``; they speak of its components.
 
-    ``modes`` may name a file of ROS 2's system_modes. That is looked for from the folder of the file that names it, and
-    so is what its modes set.
+def with_modes(root: Section, architecture: Architecture, refused: Collection[str] = ()) -> tuple[Architecture, bool]:
+    """Return the architecture with the modes of ``modes``, and whether the names of all modes are known.
+
+    The modes speak of its components. One that is wrong is noted, and has the changes that are right. ``modes`` may
+    name a file of ROS 2's system_modes. That is looked for from the folder of the file that names it, and so is what
+    its modes set. Modules that are ``refused`` are not imported.
     """
-    given = root.node("modes")
-    components = architecture.components
+    given = root.node(MODES)
     if given is not None and isinstance(given.value, str):
-        folder = given.location.folder
+        return _of_file(root, given, architecture)
+    section = root.section(MODES)
+    read = {name: _changes(section, name, architecture.components) for name in section.names()}
+    targets = targets_of(architecture, (meant for changes in read.values() for _, meant, _ in changes), refused)
+    for changes in read.values():
+        for place, meant, _ in changes:
+            for field, problem in change_problems(meant, targets):
+                section.wrong(f"{place}.{field}", problem)
+    found = {name: {place: whole for place, _, whole in changes} for name, changes in read.items()}
+    _check_entered(section, found)
+    known = given is None or given.value is None or isinstance(given.value, dict)
+    return _unfolded({name: list(changes.values()) for name, changes in found.items()}, architecture), known
+
+
+def _of_file(root: Section, given: Node, architecture: Architecture) -> tuple[Architecture, bool]:
+    """Return the architecture with the modes of a file of system_modes, and whether it could be read."""
+    components, folder = architecture.components, given.location.folder
+    try:
+        read = read_system_modes_file(folder / str(given.value), components)
+    except StackError as error:
+        root.report.problems += error.problems
+        return architecture, False
+    for value in read.values:
+        for field, problem in _value_problems(value, components[value.component], folder):
+            root.report.add_at(value.node.location, field, problem)
+    modes = {name: _with_absolute_paths(changes, components, folder) for name, changes in read.modes.items()}
+    return replace(architecture, modes=modes, mode_parts=read.parts, mode_rules=read.rules), True
+
+
+def _value_problems(value: GivenValue, spec: ComponentSpec, folder: Path) -> Iterator[tuple[str, str]]:
+    if spec.description is None:
+        return
+    values = with_absolute_paths(spec.description, {value.parameter: plain(value.node)}, folder)
+    for place, problem in parameter_problems(spec, [spec.description], values):
+        yield f"{value.field}{place.removeprefix(value.parameter)}", problem
+
+
+def _changes(
+    section: Section, name: str, components: Mapping[str, ComponentSpec]
+) -> list[tuple[str, Change, PlainChange]]:
+    """Return the changes of a mode that can be read: the field of each, its meaning, and it with absolute paths."""
+    node = section.node(name)
+    changes = plain(node) if node else None
+    if not isinstance(changes, list) or not changes:
+        section.wrong(name, "must be a list of changes, as an adaptation has them")
+        return []
+    folder = section.location(name).folder
+    read = [(f"{name}.{index}", change) for index, change in enumerate(changes)]
+    found = []
+    for place, change in read:
         try:
-            read = read_system_modes_file(folder / given.value, components)
-        except StackError as error:
-            root.report.problems += error.problems
-            return architecture
-        modes = {name: _with_absolute_paths(changes, components, folder) for name, changes in read.modes.items()}
-        return replace(architecture, modes=modes, mode_parts=read.parts, mode_rules=read.rules)
-    section = root.section("modes")
-    found: dict[str, list[dict[str, PlainValue]]] = {}
-    for name in section.names():
-        node = section.node(name)
-        changes = plain(node) if node else None
-        problem = _problem(changes, components)
-        if problem:
-            section.wrong(name, problem)
-        else:
-            found[name] = _with_absolute_paths(changes, components, section.location(name).folder)
-    return _unfolded(section, found, architecture)
+            meant = _meant(change)
+            whole = _absolute(change, components, folder)
+            found.append((place, _meant(whole), whole))
+        except BadMessage as error:
+            section.wrong(".".join((place, *error.where[2:])), error.why)
+    known = {*components, *(meant.component for _, meant, _ in found if isinstance(meant, Add))}
+    for place, meant, _ in found:
+        if meant.component not in known and not isinstance(meant, EnterMode):
+            section.wrong(f"{place}.component", no_such("component", meant.component, known))
+    return found
 
 
-def _unfolded(
-    section: Section, found: Mapping[str, list[dict[str, PlainValue]]], architecture: Architecture
-) -> Architecture:
+def _meant(change: PlainValue) -> Change:
+    """Return a change as it is read in an adaptation; raises BadMessage."""
+    (found,) = codec.from_plain({"changes": [change]}, AdaptationRequest).changes
+    return found
+
+
+def _check_entered(section: Section, found: Mapping[str, Mapping[str, PlainChange]]) -> None:
+    """Note each change that enters no mode, and the first one of each circle in which modes enter each other."""
+    parts = {name: [each["mode"] for each in changes.values() if _enters(each)] for name, changes in found.items()}
+    order = list(found)
+    for name, changes in found.items():
+        for place, change in changes.items():
+            inner = change["mode"] if _enters(change) else name
+            way = _way(inner, name, parts) if _enters(change) else None
+            if inner not in found:
+                section.wrong(f"{place}.mode", no_such("mode", inner, found))
+            elif way is not None and min(map(order.index, way)) == order.index(name):
+                section.wrong(f"{place}.mode", f"enters itself: {' > '.join((name, *way))}")
+
+
+def _way(start: str, end: str, parts: Mapping[str, Collection[str]]) -> tuple[str, ...] | None:
+    """Return the modes by which one mode enters another, both included; None if it does not."""
+    ways: list[tuple[str, ...]] = [(start,)]
+    seen = {start}
+    while ways:
+        way = ways.pop()
+        if way[-1] == end:
+            return way
+        further = [inner for inner in parts.get(way[-1], ()) if inner not in seen]
+        seen.update(further)
+        ways += [(*way, inner) for inner in further]
+    return None
+
+
+def _unfolded(found: Mapping[str, list[PlainChange]], architecture: Architecture) -> Architecture:
     """Return the architecture with modes that have the changes of those that they enter in their places."""
     parts = {name: tuple(c["mode"] for c in changes if _enters(c)) for name, changes in found.items()}
-    modes: dict[str, PlainValue] = {}
-    for name in found:
-        problem = _entering_problem(name, parts, section.names())
-        if problem:
-            section.wrong(name, problem)
-        else:
-            modes[name] = _flat(name, found)
+    modes: dict[str, PlainValue] = {name: _flat(name, found) for name in found}
     return replace(architecture, modes=modes, mode_parts={name: each for name, each in parts.items() if each})
 
 
-def _enters(change: Mapping[str, PlainValue]) -> bool:
+def _enters(change: PlainChange) -> bool:
     return bool(change["change"] == EnterMode.change)
 
 
-def _flat(name: str, found: Mapping[str, list[dict[str, PlainValue]]]) -> list[dict[str, PlainValue]]:
-    return [one for change in found[name] for one in (_flat(change["mode"], found) if _enters(change) else [change])]
-
-
-def _entering_problem(
-    name: str, parts: Mapping[str, tuple[str, ...]], known: Collection[str], above: tuple[str, ...] = ()
-) -> str | None:
-    """Return why the modes that a mode enters cannot be entered; None if they can."""
+def _flat(name: str, found: Mapping[str, list[PlainChange]], above: tuple[str, ...] = ()) -> list[PlainChange]:
+    """Return the changes of a mode; one that is not there, or around itself, has none."""
     if name in above:
-        return f"enters itself: {' > '.join((*above, name))}"
-    if name not in known:
-        return no_such("mode", name, known)
-    if name not in parts:
-        return f"enters {name!r}, which is wrong"
-    problems = (_entering_problem(inner, parts, known, (*above, name)) for inner in parts[name])
-    return next((problem for problem in problems if problem), None)
+        return []
+    return [
+        one
+        for change in found.get(name, ())
+        for one in (_flat(change["mode"], found, (*above, name)) if _enters(change) else [change])
+    ]
 
 
 def _with_absolute_paths(
@@ -100,17 +165,3 @@ def _absolute(
     if change["change"] != SetParameters.change or spec is None or spec.description is None:
         return change
     return {**change, "parameters": with_absolute_paths(spec.description, change["parameters"], folder)}
-
-
-def _problem(changes: PlainValue, components: Collection[str]) -> str | None:
-    if not isinstance(changes, list) or not changes:
-        return "must be a list of changes, as an adaptation has them"
-    try:
-        meant = codec.from_plain({"changes": changes}, AdaptationRequest).changes
-    except BadMessage as error:
-        return str(error)
-    known = {*components, *(change.component for change in meant if isinstance(change, Add))}
-    for change in meant:
-        if change.component not in known and not isinstance(change, EnterMode):
-            return f"there is no component {change.component!r}; {instead_of(change.component, known)}"
-    return None

@@ -26,12 +26,23 @@ TRANSITIONS = {"active": "activate", "inactive": "deactivate", "unconfigured": "
 
 
 @dataclass(frozen=True, slots=True)
+class GivenValue:
+    """A parameter as a mode of a node gives it: its component, and its ``field`` and ``node`` in the file."""
+
+    component: str
+    parameter: str
+    field: str
+    node: Node
+
+
+@dataclass(frozen=True, slots=True)
 class SystemModesFile:
-    """The changes of each mode as plain data, the modes of other parts that each enters, and the rules."""
+    """The changes of each mode as plain data, the modes of other parts that it enters, rules and values."""
 
     modes: dict[str, PlainValue]
     parts: dict[str, tuple[str, ...]]
     rules: tuple[ModeRule, ...]
+    values: tuple[GivenValue, ...]
 
 
 def read_system_modes(file: Path, components: Collection[str]) -> dict[str, PlainValue]:
@@ -55,6 +66,7 @@ def read_system_modes_file(file: Path, components: Collection[str]) -> SystemMod
         {f"{part.name}.{mode}": list(reader.changes(part, mode)) for part, mode in both},
         {name: modes for name, modes in entered.items() if modes},
         tuple(rules),
+        tuple(reader.values()),
     )
 
 
@@ -146,6 +158,13 @@ class _Reader:
         for name, node in part.settings(mode).items():
             state, _, inner = str(node.value).partition(".")
             yield from self._enter(name, state, inner)
+
+    def values(self) -> Iterator[GivenValue]:
+        """Yield all parameters that modes give to nodes, each where it is written."""
+        for part in self.parts.values():
+            for mode, settings in part.modes.items() if part.is_node else ():
+                for name, node in settings.items():
+                    yield GivenValue(component_of(part.name), name, f"{part.name}.modes.{mode}.{name}", node)
 
     def entered(self, part: Part, mode: str) -> Iterator[str]:
         """Yield the modes of other parts that a mode of a system enters."""

@@ -71,6 +71,11 @@ class Section:
         self.wrong(key, f"must be a text, is {node.kind if node.value != '' else 'empty'}{hint}")
         return default
 
+    def expression(self, key: str) -> str:
+        """Return the text of an expression, which may be written as a number or truth value; empty by default."""
+        node = self._parts.get(key)
+        return str(node.value) if node is not None and isinstance(node.value, int | float) else self.text(key)
+
     def flag(self, key: str, default: bool) -> bool:
         """Return true or false."""
         node = self._parts.get(key)

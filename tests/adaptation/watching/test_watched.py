@@ -198,6 +198,8 @@ def test_an_undo_is_confirmed_too(gauged: System) -> None:
         (Condition(component="secnd", state=State.ACTIVE), "component", "did you mean 'second'?"),
         (Condition(require="listener.gian > 0.5"), "require", "did you mean 'gain'?"),
         (Condition(require="listner.gain > 0.5"), "require", "did you mean 'listener'?"),
+        (Condition(require="gauge.level"), "require", "gauge.level is a number, must be true or false, such as: gauge"),
+        (Condition(require="not listener.gain"), "require", "listener.gain is a number, must be true or false"),
     ],
 )
 def test_what_cannot_be_watched_is_refused_and_nothing_is_touched(

@@ -37,6 +37,11 @@ def test_rules_are_read_in_their_order(tmp_path: Path) -> None:
         ("when: laser.failed or", "when: mode == 'degarded' or", "rules.degrade.when", "did you mean 'degraded'?"),
         ("when: laser.failed or", "when: laser.clearness < 'a' or", "rules.degrade.when", "the text 'a', and is none"),
         ("when: laser.failed or", "when: qualities.Safe.degre < 1 or", "rules.degrade.when", "qualities.Safe.degree"),
+        ("when: laser.failed or", "when: 5 or", "rules.degrade.when", "5 is a number, must be true or false, such as:"),
+        ("when: laser.failed or", "when: laser.clearness or", "rules.degrade.when", "such as: laser.clearness > 0"),
+        ("when: laser.failed or", "when: laser.state or", "rules.degrade.when", "laser.state is a text, must be true"),
+        ("when: laser.failed or laser.state == 'gone'", "when: 5", "rules.degrade.when", "such as: laser.failed"),
+        ("when: laser.failed or laser.state == 'gone'", "when: true", "rules.degrade.when", "such as: laser.failed"),
         ("    because:", "    dwel: 1\n    because:", "rules.degrade.dwel", "did you mean 'dwell'?"),
         ("    because:", "    settle: -1\n    because:", "rules.degrade.settle", "must be at least 0"),
         ("    mode: normal\n", "", "rules.recover.mode", "is missing"),
@@ -51,6 +56,11 @@ def test_a_rule_that_cannot_be_is_refused_in_its_place(
     assert (found.field, Path(found.file).name) == (field, "stack.yaml")
     assert found.line
     assert problem in found.problem
+
+
+def test_the_name_of_a_mode_may_stand_for_whether_there_is_one(tmp_path: Path) -> None:
+    text = RULES.replace("when: laser.failed or", "when: not target or laser.failed or")
+    assert len(load(write(tmp_path, STACK + MODES + text)).architecture.mode_rules) == 2
 
 
 @pytest.mark.parametrize(

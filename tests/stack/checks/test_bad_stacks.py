@@ -282,6 +282,14 @@ def test_missing_system_and_components_are_told(tmp_path: Path) -> None:
     assert components.problem == "there are none: a stack needs at least one"
 
 
+def test_components_that_are_no_map_are_told_alone(tmp_path: Path) -> None:
+    text = (
+        "system: a\nclock: simulated\ncomponents: [world]\nmodes:\n  night:\n    - {change: remove, component: world}\n"
+    )
+    (problem,) = problems(tmp_path, text)
+    assert (problem.line, problem.field) == (3, "components")
+
+
 def test_component_without_class_or_command_is_told(tmp_path: Path) -> None:
     (problem,) = problems(tmp_path, "system: a\ncomponents:\n  eye: {state: inactive}\n")
     assert (problem.line, problem.field) == (3, "components.eye")

@@ -99,6 +99,13 @@ def test_what_cannot_be_read_leaves_the_others_in_their_places(tmp_path: Path) -
     [
         ("{require: rescuer.navigator.max_velocity >}", "'rescuer.navigator.max_velocity >' is no expression"),
         ("{require: max_velocity > 0}", "'max_velocity' has no place in a constraint"),
+        ("{require: 5}", "must be a condition, such as: navigator.max_velocity < 0.2"),
+        (
+            "{require: rescuer.navigator.max_velocity}",
+            "is a number, must be true or false, such as: rescuer.navigator.",
+        ),
+        ("{require: rescuer.navigator.active and 1}", "1 is a number, must be true or false"),
+        ("{require: rescuer.navigator.planner > 3}", "rescuer.navigator.planner, a text, is compared with 3, a number"),
         ("{require: 1 < 2}", "speaks of no 'component.parameter'"),
         ("{require: rescuer.navigato.max_velocity > 0}", "there is no component 'rescuer.navigato'; did you mean"),
         ("{require: rescuer.navigator.max_speed > 0}", "has no parameter 'max_speed'"),

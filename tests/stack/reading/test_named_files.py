@@ -83,7 +83,7 @@ def test_a_mode_finds_its_files_from_the_stacks_folder(with_cube: Path) -> None:
     assert change["parameters"] == {"mesh": str(with_cube / "meshes/cube.stl")}
     (problem,) = problems(with_cube, in_mode("meshes/cub.stl"))
     assert problem.line == line_of(in_mode("x"), "full:")
-    assert problem.field == "modes.full.world.parameters.mesh"
+    assert problem.field == "modes.full.0.parameters.mesh"
     assert "cube.stl'?" in problem.problem
 
 

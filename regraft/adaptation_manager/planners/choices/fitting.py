@@ -13,6 +13,8 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.lifecycle import PRIMARY
 from regraft.bus_schema.model.parameter_values import parameter_problem
+from regraft.bus_schema.model.system_topics import SYSTEM_TOPICS
+from regraft.bus_schema.model.wiring import connection_problem
 from regraft.bus_schema.suggestions import instead_of, no_such
 
 MAX_TOLD: Final = 10
@@ -110,9 +112,12 @@ def _parameter_problem(setting: Setting, spec: ComponentSpec, *, may_change: boo
 def _port_problem(
     setting: Setting, spec: ComponentSpec, architecture: Architecture, *, may_change: bool
 ) -> tuple[str, str] | None:
-    if setting.member not in spec.connections and not may_change:
-        missing = f"{spec.name} has no port {setting.member!r}"
-        return "member", f"{missing}; {instead_of(setting.member, spec.connections)}"
-    if setting.value not in architecture.topics:
-        return "value", no_such("topic", str(setting.value), architecture.topics)
-    return None
+    topic, ports = str(setting.value), spec.description.ports if spec.description else ()
+    known = {*spec.connections, *(each.name for each in ports)}
+    if setting.member not in known and not may_change:
+        return "member", f"{spec.name} has no port {setting.member!r}; {instead_of(setting.member, known)}"
+    if topic not in architecture.topics and topic not in SYSTEM_TOPICS:
+        return "value", no_such("topic", topic, architecture.topics)
+    port = next((each for each in ports if each.name == setting.member), None)
+    problem = connection_problem(architecture.topics, port, topic) if port is not None and not may_change else None
+    return ("value", problem) if problem else None

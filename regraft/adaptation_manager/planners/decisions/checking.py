@@ -8,13 +8,25 @@ from typing import Final
 
 from regraft.adaptation_manager.planners.choices.estimates import Estimator
 from regraft.adaptation_manager.planners.choices.fitting import misfits
-from regraft.adaptation_manager.planners.choices.settings import Setting
-from regraft.adaptation_manager.planners.decisions.model import NO_COMPONENTS, Decision
-from regraft.adaptation_manager.planners.decisions.reading import expressions_of
+from regraft.adaptation_manager.planners.choices.settings import Kind, Setting
+from regraft.adaptation_manager.planners.decisions.kinds import check_kinds
+from regraft.adaptation_manager.planners.decisions.model import (
+    NO_COMPONENTS,
+    ContextEntry,
+    Decision,
+    expressions_of,
+)
+from regraft.bus_schema.encoding.reading import Reading
+from regraft.bus_schema.encoding.reading_checks import ValueKind, reading_kind, reading_problem, reading_texts
+from regraft.bus_schema.encoding.registry import type_named
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.expressions import Unknown
 from regraft.bus_schema.model.robots.scoped_changes import Names
+from regraft.bus_schema.model.system_topics import SYSTEM_TOPICS
 from regraft.bus_schema.suggestions import instead_of, near, no_such
+from regraft.process.main import NoSuchClass
+from regraft.stack.classes import describe_class
+from regraft.stack.sections.hosts import FIRST
 from regraft.stack.yaml.problems import Report
 
 PLACEHOLDER: Final = 0.5
@@ -37,13 +49,58 @@ def check_in(
         slot = decision.slots[misfit.slot]
         path = _path(decision, misfit.slot, misfit.alternative, misfit.setting, misfit.part, report)
         report.add(path or f"choices.{slot.name}", misfit.why)
+    _check_classes(decision, architecture, report)
+    read: dict[str, ValueKind | None] = {}
+    texts: dict[str, tuple[str, ...]] = {}
     for entry in decision.context:
-        if entry.topic and entry.topic not in architecture.topics:
-            report.add(f"context.{entry.name}.topic", no_such("topic", entry.topic, architecture.topics))
+        if entry.reading is not None:
+            read[entry.name], texts[entry.name] = _read(entry, entry.reading, architecture, report)
         if entry.component and entry.component not in architecture.components:
             report.add(f"context.{entry.name}.fault", no_such("component", entry.component, architecture.components))
+    check_kinds(decision, report, read, {name: known for name, known in texts.items() if known})
     _check_estimates(decision, architecture, estimates, report)
     _check_measured(decision, architecture, Names(scope), report)
+
+
+def _read(
+    entry: ContextEntry, reading: Reading, architecture: Architecture, report: Report
+) -> tuple[ValueKind | None, tuple[str, ...]]:
+    """Return the kind of value that is read from a topic, and all texts that it may be. Both may be unknown.
+
+    A field that cannot be read is noted.
+    """
+    topics = {name: topic.type for name, topic in architecture.topics.items()}
+    if entry.topic not in topics and entry.topic not in SYSTEM_TOPICS:
+        report.add(f"context.{entry.name}.topic", no_such("topic", entry.topic, topics))
+        return None, ()
+    message = type_named((topics | SYSTEM_TOPICS)[entry.topic])
+    problem = reading_problem(message.shape, reading)
+    kind = None if problem else reading_kind(message.shape, reading)
+    if kind is ValueKind.LIST:
+        problem = f"{message.cls.__name__}.{reading.field} is a list, which no expression has: give 'reduce'"
+    if problem:
+        report.add(f"context.{entry.name}.field", problem)
+        return None, ()
+    return kind, reading_texts(message.shape, reading)
+
+
+def _check_classes(decision: Decision, architecture: Architecture, report: Report) -> None:
+    """Note classes that there are not, of components of this machine: other hosts have classes of their own."""
+    for slot, alternative, setting in _settings(decision):
+        spec = architecture.components.get(setting.component)
+        if setting.kind is Kind.CLASS and spec is not None and spec.host == FIRST:
+            try:
+                describe_class(str(setting.value), {})
+            except NoSuchClass as error:
+                path = _path(decision, slot, alternative, setting, "value", report)
+                report.add(path, str(error))
+
+
+def _settings(decision: Decision) -> Iterator[tuple[int, int, Setting]]:
+    """Yield all settings, with the indices of their slots and alternatives."""
+    for index, slot in enumerate(decision.slots):
+        for number, alternative in enumerate(slot.alternatives):
+            yield from ((index, number, setting) for setting in alternative.settings)
 
 
 def _path(decision: Decision, slot: int, number: int, setting: Setting, part: str, report: Report) -> str:
@@ -64,12 +121,15 @@ def _path(decision: Decision, slot: int, number: int, setting: Setting, part: st
 def _check_estimates(decision: Decision, architecture: Architecture, estimates: Estimator, report: Report) -> None:
     """Note expressions over estimates that there are not, as far as classes estimate without settings and context."""
     known = _names_of(decision)
+    figures = {slot.name: {f for each in slot.alternatives for f in each.figures} for slot in decision.slots}
     for path, expression in expressions_of(decision):
         for name in expression.names:
             owner, _, quality = name.rpartition(".")
             if not owner or name in known or owner.split(".")[0] in NO_COMPONENTS or path.endswith(".measured"):
                 continue
-            if not estimates.knows(owner):
+            if owner in figures and not estimates.knows(owner):
+                report.add(path, f"{name}: {no_such('figure', quality, figures[owner])}")
+            elif not estimates.knows(owner):
                 report.add(path, f"{name}: {no_such('component', owner, architecture.components)}")
             else:
                 _check_quality(owner, quality, path, decision, estimates, report)

@@ -13,9 +13,10 @@ from regraft import CallFailed, Component, Input, Parameter, RequestRefused
 from regraft.adaptation_manager.planners.choices.context import numbers_of
 from regraft.adaptation_manager.planners.choices.estimates import Estimator
 from regraft.adaptation_manager.planners.choices.fitting import misfits
+from regraft.adaptation_manager.planners.decisions.checking import check_in
 from regraft.adaptation_manager.planners.decisions.measurements import MeasuredSituation, measurements_for
 from regraft.adaptation_manager.planners.decisions.model import Decision
-from regraft.adaptation_manager.planners.decisions.reading import read_decision
+from regraft.adaptation_manager.planners.decisions.reading import locations_in, read_decision
 from regraft.adaptation_manager.planners.decisions.scoping import estimates_in, in_scope
 from regraft.adaptation_manager.planners.decisions.situation import inputs_for, situation
 from regraft.adaptation_manager.planners.decisions.standing import Standing, standing_of
@@ -25,6 +26,7 @@ from regraft.bus_schema.encoding.records import record_shape
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
 from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.robots.scopes import scope_of
 from regraft.bus_schema.suggestions import no_such
 from regraft.component.parameters import ParameterError
 from regraft.stack import StackError
@@ -90,6 +92,19 @@ class DecidingPlanner(Component):
             return list(inputs_for(decisions_at(parameters["decisions"]).values()))
         except StackError as error:
             raise ParameterError([("decisions", str(error))]) from None
+
+    @classmethod
+    def check_architecture(cls, name: str, parameters: dict[str, Any], architecture: Architecture) -> None:
+        """Find what of the decisions cannot be in the stack, by the files' own lines."""
+        scope = scope_of(name, architecture.topics)
+        estimates = estimates_in(architecture, scope)
+        wrong: list[tuple[str, str]] = []
+        for decision in decisions_at(parameters["decisions"]).values():
+            report = locations_in(Path(decision.file))
+            check_in(in_scope(decision, scope), architecture, estimates, report, scope)
+            wrong += [("decisions", str(problem)) for problem in report.problems]
+        if wrong:
+            raise ParameterError(wrong)
 
     @abstractmethod
     async def decide(self, request: ProposalRequest) -> Proposal:

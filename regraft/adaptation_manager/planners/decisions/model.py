@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -134,3 +135,19 @@ class Decision:
         return tuple(
             n for n in names if "." in n and n.rpartition(".")[0] not in own and n.split(".")[0] not in NO_COMPONENTS
         )
+
+
+def expressions_of(decision: Decision) -> Iterator[tuple[str, Expression]]:
+    """Yield all expressions of a decision, each with its field."""
+    yield "objective.utility", decision.utility
+    yield from ((f"objective.weights.{name}", each) for name, each in decision.weights.items())
+    yield from ((f"objective.assume.{name}", each) for name, each in decision.assume)
+    for quality in decision.qualities:
+        field = f"qualities.{quality.name}"
+        both = {f"{field}.measured": quality.measured, f"{field}.estimated": quality.estimated}
+        if quality.measured is quality.estimated:
+            both = {field: quality.measured}
+        yield from ((path, expression) for path, expression in both.items() if expression is not None)
+    yield from ((each.path, each.expression) for each in decision.requirements)
+    yield from ((each.path, each.most) for each in decision.limits)
+    yield from ((f"faults.{fault.name}.when", fault.when) for fault in decision.faults)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
+from regraft.adaptation_manager.planners.choices.objective import TOTAL
 from regraft.adaptation_manager.planners.choices.slots import Slot
-from regraft.adaptation_manager.planners.decisions.model import Decision, Requirement
+from regraft.adaptation_manager.planners.decisions.kinds import check_kinds
+from regraft.adaptation_manager.planners.decisions.model import Decision, expressions_of
 from regraft.adaptation_manager.planners.decisions.sections.choices import read_choices
 from regraft.adaptation_manager.planners.decisions.sections.constraints import read_constraints
 from regraft.adaptation_manager.planners.decisions.sections.context import NAME, read_context
@@ -18,7 +20,7 @@ from regraft.adaptation_manager.planners.decisions.sections.objective import (
     read_triggers,
 )
 from regraft.bus_schema.model.expressions import Expression
-from regraft.bus_schema.suggestions import instead_of
+from regraft.bus_schema.suggestions import instead_of, near, no_such
 from regraft.stack.yaml.document import read_map
 from regraft.stack.yaml.nodes import locations_of
 from regraft.stack.yaml.problems import Report, fail
@@ -40,15 +42,15 @@ def read_decision(file: Path) -> Decision:
     report = Report(str(file), locations_of(document))
     section = Section(document, "", report)
     section.only(*SECTIONS)
-    context, slots = read_context(section), read_choices(section)
+    context, choices = read_context(section), read_choices(section)
     qualities = read_qualities(section)
     objective = read_objective(section, qualities)
-    constraints = read_constraints(section, slots)
+    constraints = read_constraints(section, choices)
     decision = Decision(
         name=file.stem,
         file=str(file),
         context=context,
-        slots=slots,
+        slots=choices.slots,
         utility=objective.utility or Expression("0"),
         rules=tuple(constraints.rules),
         requirements=(*constraints.requirements, *objective.bounds),
@@ -60,35 +62,56 @@ def read_decision(file: Path) -> Decision:
         low=objective.low,
         high=objective.high,
         settle=objective.settle,
-        faults=read_faults(section, slots),
+        faults=read_faults(section, choices),
         triggers=read_triggers(section),
     )
     given = {name for part in ("context", "choices") for name in section.section(part).names()}
     _check_unique(section, report)
-    _check_names(decision, given, report)
+    _check_names(decision, given, section.section("objective"), report)
+    _check_figures(decision, report, complete=choices.right)
+    check_kinds(decision, report)
     report.raise_if_any()
     return decision
 
 
-def _check_names(decision: Decision, given: set[str], report: Report) -> None:
+def _check_names(decision: Decision, given: set[str], objective: Section, report: Report) -> None:
     """Note each name without dots that is not defined; names with dots may be estimates of components.
 
-    ``given`` are the names of context and choices, also of those that are wrong.
+    ``given`` are the names of context and choices, also of those that are wrong, as may be those of ``objective``.
     """
     choices = {name for slot in decision.slots for name in _names_of(slot)}
-    world = given | decision.weights.keys()
+    weights, assumed = ({*objective.section(part).names()} for part in ("weights", "assume"))
+    world = given - choices | weights
     qualities = {quality.name for quality in decision.qualities}
-    assumed = [name for name, _ in decision.assume]
+    limits = {limit.path for limit in decision.limits}
     for path, expression in expressions_of(decision):
-        known = world | choices | {*assumed}
+        is_first = path.startswith("faults.") or path in limits
+        # Faults and limits are computed before anything is chosen.
+        known = world if is_first else world | choices | assumed
         if path.startswith("objective.weights."):
-            known = known - decision.weights.keys()
-        elif not path.startswith(("qualities.", "faults.", "objective.assume.")):
+            known = known - weights
+        elif not is_first and not path.startswith(("qualities.", "objective.assume.")):
             known |= qualities
         for name in expression.names:
-            if "." not in name and name not in known:
+            of_choice = name in choices or name.startswith(f"{TOTAL}.")
+            if name not in known and ("." not in name or (is_first and of_choice)):
                 report.add(path, f"nothing is called {name!r} here; {instead_of(name, known)}")
     _check_triggers(decision, report)
+
+
+def _check_figures(decision: Decision, report: Report, *, complete: bool) -> None:
+    """Note names of figures that no alternative has. Not all figures are known where a choice is not ``complete``."""
+    of_slots = {slot.name: {name for each in slot.alternatives for name in each.figures} for slot in decision.slots}
+    every = set().union(*of_slots.values())
+    for path, expression in expressions_of(decision):
+        for name in expression.names:
+            owner, _, figure = name.rpartition(".")
+            if owner == TOTAL and figure not in every and complete:
+                report.add(path, f"{name}: {no_such('figure', figure, every)}")
+            # A component may have the name of a choice, so only what is near is a mistake for certain.
+            meant = near(figure, of_slots.get(owner, ()))
+            if meant is not None and figure not in of_slots[owner]:
+                report.add(path, f"{name}: {owner} has no figure {figure!r}; did you mean {meant!r}?")
 
 
 def _check_unique(document: Section, report: Report) -> None:
@@ -106,21 +129,6 @@ def _names_of(slot: Slot) -> Iterator[str]:
     yield slot.name
     for alternative in slot.alternatives:
         yield from (f"{slot.name}.{figure}" for figure in alternative.figures)
-
-
-def expressions_of(decision: Decision) -> Iterator[tuple[str, Expression]]:
-    """Yield all expressions of a decision, each with its field."""
-    yield "objective.utility", decision.utility
-    yield from ((f"objective.weights.{name}", each) for name, each in decision.weights.items())
-    yield from ((f"objective.assume.{name}", each) for name, each in decision.assume)
-    for quality in decision.qualities:
-        for how, expression in (("measured", quality.measured), ("estimated", quality.estimated)):
-            if expression is not None:
-                yield f"qualities.{quality.name}.{how}", expression
-    constraints: Iterable[Requirement] = decision.requirements
-    yield from ((each.path, each.expression) for each in constraints)
-    yield from ((each.path, each.most) for each in decision.limits)
-    yield from ((f"faults.{fault.name}.when", fault.when) for fault in decision.faults)
 
 
 def _check_triggers(decision: Decision, report: Report) -> None:

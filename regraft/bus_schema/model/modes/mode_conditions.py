@@ -6,8 +6,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
 
+from regraft.bus_schema.encoding.reading_checks import ValueKind
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.expression_kinds import kind_problems
 from regraft.bus_schema.model.expressions import Expression
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.mode_rules import ModeRule
@@ -118,9 +120,25 @@ def condition_problems(rule: ModeRule, architecture: Architecture) -> list[str]:
     except BadMessage as error:
         return [str(error)]
     if not names:
-        return [f"{rule.when!r} speaks of nothing that changes"]
+        return [f"{rule.when!r} speaks of nothing that changes: must be a condition, such as: laser.failed"]
     problems = [problem for _, known, problem in _names(rule, architecture) if known is None]
-    return problems or list(_misfits(rule, architecture))
+    return problems or list(_misfits(rule, architecture)) or _wrong_kinds(rule, architecture)
+
+
+def _wrong_kinds(rule: ModeRule, architecture: Architecture) -> list[str]:
+    """Return what is no condition where one has to be. The name of a mode may be one: it is false where it is empty."""
+    kinds = {name: _kind(known) for name, known in names_of((rule,), architecture).items()}
+    given = {name: kind for name, kind in kinds.items() if kind is not None}
+    return kind_problems(condition_of(rule), given, ValueKind.TRUTH)
+
+
+def _kind(name: ConditionName) -> ValueKind | None:
+    if name.kind in OF_PARTS:
+        return None
+    if name.kind is NameKind.STATE:
+        return ValueKind.TEXT
+    is_number = name.kind is NameKind.QUALITY or name.field in ("degree", "metric")
+    return ValueKind.NUMBER if is_number else ValueKind.TRUTH
 
 
 def _misfits(rule: ModeRule, architecture: Architecture) -> Iterator[str]:

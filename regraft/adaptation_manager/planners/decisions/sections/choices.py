@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Final
 
-from regraft.adaptation_manager.planners.choices.settings import Kind, Setting, identity
+from regraft.adaptation_manager.planners.choices.settings import Kind, Setting, contradict, identity
 from regraft.adaptation_manager.planners.choices.slots import Alternative, Figure, Slot, varied
 from regraft.adaptation_manager.planners.decisions.fields import items
 from regraft.bus_schema.errors import BadMessage
@@ -36,12 +37,31 @@ STATES: Final = tuple(state.value for state in PRIMARY[:3])
 TRANSITIONS: Final = tuple(each.value for each in Transition if each is not Transition.SHUTDOWN)
 
 
-def read_choices(document: Section) -> tuple[Slot, ...]:
-    """Return the slots; one that is wrong is noted and left out."""
-    section = document.section("choices")
+@dataclass(slots=True)
+class Choices:
+    """The slots that could be read, and the names of choices with mistakes, which may lack alternatives or figures."""
+
+    slots: tuple[Slot, ...]
+    wrong: frozenset[str]
+
+    @property
+    def right(self) -> bool:
+        """Whether all choices are known as they were meant."""
+        return not self.wrong
+
+
+def read_choices(document: Section) -> Choices:
+    """Return the slots; one that cannot be read is noted and left out."""
+    section, problems = document.section("choices"), document.report.problems
     if not section.names():
         document.wrong("choices", "is missing: name at least one thing to choose")
-    return tuple(slot for name in section.names() if (slot := _slot(section, name)) is not None)
+    slots, wrong = [], set()
+    for name in section.names():
+        before = len(problems)
+        slot = _slot(section, name)
+        slots += [slot] if slot is not None else []
+        wrong |= {name} if len(problems) > before else set()
+    return Choices(tuple(slots), frozenset(wrong))
 
 
 def _slot(table: Section, name: str) -> Slot | None:
@@ -54,6 +74,8 @@ def _slot(table: Section, name: str) -> Slot | None:
     except BadMessage as error:
         table.wrong(name, str(error))
         return None
+    if slot is not None and not slot.alternatives:
+        return None  # which is noted
     if slot is not None and not slot.selections:
         table.wrong(name, "leaves nothing to choose: its alternatives want different values of one thing")
         return None
@@ -109,17 +131,22 @@ def _cardinality(section: Section, count: int) -> tuple[int, int]:
     given = 1 if node is None else plain(node)
     bounds = [given, given] if isinstance(given, int) else given
     right = isinstance(bounds, list) and len(bounds) == 2 and all(type(each) is int for each in bounds)
-    if not right or not 0 <= bounds[0] <= bounds[1] or bounds[1] < 1 or bounds[0] > max(count, 1):
+    if not right or not 0 <= bounds[0] <= bounds[1] or bounds[1] < 1 or bounds[1] > max(count, 1):
         section.wrong("choose", f"is {given!r}, must be a number, or [least, most], of the {count} alternatives")
         return 1, 1
-    return bounds[0], min(bounds[1], count)
+    return bounds[0], bounds[1]
 
 
 def _alternative(section: Section, name: str) -> Alternative:
     section.only("set", "figures")
     table = items(section, "set")
-    settings = tuple(setting for each in table.names() for setting in _setting(table.section(each)))
-    return Alternative(name, settings, _figures(section.section("figures")))
+    settings: list[Setting] = []
+    for each in table.names():
+        for setting in _setting(table.section(each)):
+            if contradict(settings, [setting]):
+                table.wrong(each, "sets a thing that is set before, to another value: leave one out")
+            settings.append(setting)
+    return Alternative(name, tuple(settings), _figures(section.section("figures")))
 
 
 def _figures(section: Section) -> dict[str, Figure]:

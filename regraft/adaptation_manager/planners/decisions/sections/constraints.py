@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
 from regraft.adaptation_manager.planners.choices.rules.constraints import FORMS, rules_of
-from regraft.adaptation_manager.planners.choices.rules.rules import Rule
-from regraft.adaptation_manager.planners.choices.slots import Slot
+from regraft.adaptation_manager.planners.choices.rules.rules import Clause, Rule
 from regraft.adaptation_manager.planners.decisions.fields import expression, items
 from regraft.adaptation_manager.planners.decisions.model import AmountLimit, Requirement
+from regraft.adaptation_manager.planners.decisions.sections.choices import Choices
+from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.suggestions import no_such
 from regraft.stack.yaml.nodes import Node, plain
@@ -28,16 +29,16 @@ class Constraints:
     limits: list[AmountLimit] = field(default_factory=list)
 
 
-def read_constraints(document: Section, slots: Sequence[Slot]) -> Constraints:
+def read_constraints(document: Section, choices: Choices) -> Constraints:
     """Return what the constraints come to."""
     found = Constraints()
     table = items(document, "constraints")
     for index in table.names():
-        _read(table, index, slots, found)
+        _read(table, index, choices, found)
     return found
 
 
-def _read(table: Section, index: str, slots: Sequence[Slot], found: Constraints) -> None:
+def _read(table: Section, index: str, choices: Choices, found: Constraints) -> None:
     section = table.section(index)
     if set(section.names()) - {"because"} not in ALL_FORMS:
         forms = "'forbid'; 'if' and 'then'; 'compare'; 'require'; or 'limit' and 'at_most' (and may have 'because')"
@@ -51,28 +52,40 @@ def _read(table: Section, index: str, slots: Sequence[Slot], found: Constraints)
             text = f"constraint {index}, {required.text}{reason}"
             found.requirements.append(Requirement(section.at("require"), text, required))
     elif "limit" in section:
-        _limit(section, index, reason, slots, found)
+        _limit(section, index, reason, choices, found)
     else:
-        _rules(table, index, reason, slots, found)
+        _rules(table, index, reason, choices, found)
 
 
-def _limit(section: Section, index: str, reason: str, slots: Sequence[Slot], found: Constraints) -> None:
+def _limit(section: Section, index: str, reason: str, choices: Choices, found: Constraints) -> None:
     figure, most = section.text("limit"), expression(section, "at_most")
-    figures = {name for slot in slots for each in slot.alternatives for name in each.figures}
+    figures = {name for slot in choices.slots for each in slot.alternatives for name in each.figures}
     if figure not in figures:
-        section.wrong("limit", no_such("figure", figure, figures))
+        if choices.right:
+            section.wrong("limit", no_such("figure", figure, figures))
     elif most is not None:
         text = f"constraint {index}, {figure} at most {most.text}{reason}"
         found.limits.append(AmountLimit(section.at("at_most"), text, figure, most))
 
 
-def _rules(table: Section, index: str, reason: str, slots: Sequence[Slot], found: Constraints) -> None:
+def _rules(table: Section, index: str, reason: str, choices: Choices, found: Constraints) -> None:
     node = table.node(index) or Node(None)
     given = plain(node)
+    if not choices.wrong.isdisjoint(_named(given)):
+        return  # the choice itself is noted
     try:
-        rules = rules_of([given], slots, "choice")
+        rules = rules_of([given], choices.slots, "choice")
     except BadMessage as error:
         table.wrong(".".join((index, *error.where[1:])), error.why)
         return
+    if any(isinstance(rule, Clause) and not any(mask for _, mask in rule.ways) for rule in rules):
+        table.wrong(index, "can never be kept: it leaves nothing to choose")
+        return
     shown = {key: value for key, value in given.items() if key != "because"}
     found.rules.append((f"constraint {index}, {shown}{reason}", tuple(rules)))
+
+
+def _named(constraint: dict[str, PlainValue]) -> Iterator[str]:
+    """Yield the names of choices that a rule speaks of."""
+    for part in constraint.values():
+        yield from (each for each in part if isinstance(each, str)) if isinstance(part, dict | list) else ()

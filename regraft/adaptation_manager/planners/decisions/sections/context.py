@@ -34,6 +34,8 @@ def _entry(section: Section, name: str) -> ContextEntry:
     if given == ["topic"]:
         section.only(*OF_TOPICS)
         stale_after = section.number("stale_after", minimum=0.0)
+        if stale_after == 0.0:
+            section.wrong("stale_after", "0: must be greater than 0, or nothing is ever known")
         return ContextEntry(name, section.text("topic"), _reading(section), stale_after)
     if given == ["request"]:
         section.only("request")

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 from regraft.adaptation_manager.planners.decisions.fields import expression, expressions
 from regraft.adaptation_manager.planners.decisions.model import DecisionQuality, Requirement, Triggers
-from regraft.bus_schema.model.expressions import Expression
+from regraft.bus_schema.model.expressions import Expression, Unknown
 from regraft.bus_schema.suggestions import no_such
 from regraft.stack.yaml.section import Section
 
 MIN_PERIOD = 0.01
+SIGNS: Final = {"at_least": ">=", "at_most": "<="}
 
 
 def read_qualities(document: Section) -> tuple[DecisionQuality, ...]:
@@ -84,11 +85,27 @@ def _bounds(section: Section, qualities: list[str]) -> Iterator[Requirement]:
             continue
         bound = section.section(name)
         bound.only("at_least", "at_most")
-        for key, sign in (("at_least", ">="), ("at_most", "<=")):
-            limit = expression(bound, key)
+        limits = {key: expression(bound, key) for key in SIGNS}
+        least, most = (_constant(limits[key]) for key in SIGNS)
+        if least is not None and most is not None and least > most:
+            bound.wrong("at_least", f"{least:g}: must be at most 'at_most', {most:g}")
+        if (node := section.node(name)) is not None and node.value == {}:
+            section.wrong(name, "has no bound: give 'at_least', 'at_most' or both")
+        for key, limit in limits.items():
             if limit is not None:
+                sign = SIGNS[key]
                 text = f"{name} {sign} ({limit.text})"
                 yield Requirement(bound.at(key), f"the bound {text}", Expression(text))
+
+
+def _constant(limit: Expression | None) -> float | None:
+    """Return the number that a limit always is, None if it depends on something."""
+    if limit is None or limit.names:
+        return None
+    try:
+        return limit.number({})
+    except Unknown:  # it is reported as being no number
+        return None
 
 
 def read_triggers(document: Section) -> Triggers:

@@ -1,0 +1,161 @@
+"""What a mode sets and connects is checked with the stack: each mistake in its own line, and once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from regraft.stack import load
+from regraft.stack.yaml.problems import Problem
+from tests.modes.stacks import MODES, RULES, STACK
+from tests.stack.reading.files import GOOD, line_of, problems, problems_of, write
+from tests.stack.reading.folders import ROBOT, TWO, rovers
+
+N = "component: rescuer.navigator"
+SET = f"""\
+modes:
+  night:
+    - {{change: transition, component: rescuer.navigator, transition: activate}}
+    - change: set_parameters
+      {N}
+      parameters:
+        planner: straight
+        max_velocity: 0.1
+"""
+AGAIN = f"modes:\n  night:\n    - {{change: swap, {N}, connect: {{odometry: truth}}}}\n"
+CONNECT = f"modes:\n  night:\n    - {{change: connect, {N}, port: odometry, topic: truth}}\n"
+SWAP = (
+    f"modes:\n  night:\n    - {{change: swap, {N}, class: 'tests.stack.parts:Joystick', parameters: {{layout: ''}}}}\n"
+)
+ADD = "modes:\n  night:\n    - {change: add, component: stick, spec: {class: 'tests.stack.parts:Navigator', "
+ADD += "parameters: {careful: true}}}\n"
+
+
+def _told(found: Problem) -> tuple[str, int | None]:
+    return found.field, found.line
+
+
+@pytest.mark.parametrize("mode", [SET, CONNECT, AGAIN, SWAP, ADD])
+def test_a_mode_whose_changes_can_be_is_read(tmp_path: Path, mode: str) -> None:
+    assert list(load(write(tmp_path, GOOD + mode)).architecture.modes) == ["night"]
+
+
+@pytest.mark.parametrize(
+    ("mode", "right", "wrong", "field", "problem"),
+    [
+        (SET, "max_velocity: 0.1", "max_velocty: 0.1", "1.parameters.max_velocty", "did you mean 'max_velocity'?"),
+        (SET, "max_velocity: 0.1", "max_velocity: 0.9", "1.parameters.max_velocity", "0.9: must be at most 0.26 m/s"),
+        (SET, "max_velocity: 0.1", "max_velocity: fast", "1.parameters.max_velocity", "'fast': must be a number"),
+        (SET, "planner: straight", "planner: star", "1.parameters.planner", "must be one of: grid, straight"),
+        (CONNECT, N, "component: recorder", "0.component", "is unmanaged"),
+        (
+            CONNECT,
+            "port: odometry",
+            "port: odometri",
+            "0.port",
+            "there is no port 'odometri'; did you mean 'odometry'?",
+        ),
+        (CONNECT, "topic: truth", "topic: trth", "0.topic", "not in the topic table; did you mean 'truth'?"),
+        (CONNECT, "topic: truth", "topic: scan", "0.topic", "takes regraft/Odometry, but topic 'scan' carries"),
+        (SWAP, "parts:Joystick", "parts:Joystik", "0.class", "has no class 'Joystik'; did you mean 'Joystick'?"),
+        (SWAP, "tests.stack.parts:", "nowhere.parts:", "0.class", "cannot import"),
+        (SWAP, "layout: ''", "layot: ''", "0.parameters.layot", "did you mean 'layout'?"),
+        (
+            SWAP,
+            "layout: ''}",
+            "layout: ''}, connect: {velocity: scan}",
+            "0.connect.velocity",
+            "carries regraft/LaserScan",
+        ),
+        (ADD, "true}", "true}, connect: {odometri: odometry}", "0.spec.connect.odometri", "did you mean 'odometry'?"),
+        (
+            AGAIN,
+            "odometry:",
+            "odometri:",
+            "0.connect.odometri",
+            "there is no port 'odometri'; did you mean 'odometry'?",
+        ),
+        (ADD, "careful: true", "careful: 1", "0.spec.parameters.careful", "1: must be a boolean"),
+        (ADD, "parts:Navigator'", "parts:Navigato'", "0.spec.class", "did you mean 'Navigator'?"),
+    ],
+)
+def test_a_change_that_can_never_be_is_told_in_its_line(
+    tmp_path: Path, mode: str, right: str, wrong: str, field: str, problem: str
+) -> None:
+    assert right in mode
+    text = GOOD + mode.replace(right, wrong)
+    found = problems(tmp_path, text)
+    own = [each for each in found if each.field == f"modes.night.{field}"]
+    assert [each.line for each in own] == [line_of(text, wrong)], "\n".join(map(str, found))
+    assert problem in own[0].problem
+    assert len(found) == 1
+
+
+def test_a_value_that_is_only_read_cannot_be_another_in_a_mode(tmp_path: Path) -> None:
+    mode = "modes:\n  night:\n    - {change: set_parameters, component: world, parameters: {file: world.xml}}\n"
+    load(write(tmp_path, GOOD + mode))
+    (found,) = problems(tmp_path, GOOD + mode.replace("file: world", "file: moon"))
+    assert found.field == "modes.night.0.parameters.file"
+    assert found.problem.startswith("is read-only, set when the component starts")
+
+
+def test_a_class_that_a_mode_swaps_in_may_take_what_the_stacks_class_does_not(tmp_path: Path) -> None:
+    more = f"    - {{change: set_parameters, {N}, parameters: {{layout: ''}}}}\n"
+    load(write(tmp_path, GOOD + SWAP + "  later:\n" + more))
+    (found,) = problems(tmp_path, GOOD + SWAP + "  later:\n" + more.replace("layout", "layot"))
+    assert found.field == "modes.later.0.parameters.layot"
+
+
+def test_a_mistake_in_the_mode_of_a_robots_file_is_told_there(tmp_path: Path) -> None:
+    robot = ROBOT.replace("max_velocity: 0.1}", "max_velocty: 0.1}")
+    found = problems_of(rovers(tmp_path, robot=robot))
+    assert {(Path(each.file).name, each.line) for each in found} == {("robot.yaml", line_of(robot, "max_velocty"))}
+    assert {each.field for each in found} == {
+        f"modes.{name}/slow.0.parameters.max_velocty" for name in ("left", "right")
+    }
+
+
+def test_a_mistake_in_the_mode_of_an_included_file_is_told_there(tmp_path: Path) -> None:
+    mode = "modes:\n  night:\n    - {change: transition, component: world, transition: activate}\n"
+    mode += "    - {change: set_parameters, component: left.navigator, parameters: {max_velocity: 7}}\n"
+    (found,) = problems_of(rovers(tmp_path, f"include: [base.yaml]\n{mode}", base=TWO))
+    assert (Path(found.file).name, found.line) == (
+        "stack.yaml",
+        line_of(f"include: [base.yaml]\n{mode}", "max_velocity"),
+    )
+    (found,) = problems_of(rovers(tmp_path, "include: [base.yaml]\n", base=TWO + mode))
+    assert (Path(found.file).name, found.line) == ("base.yaml", line_of(TWO + mode, "max_velocity: 7"))
+
+
+def test_a_mistake_in_the_mode_of_a_ros_file_is_told_there(tmp_path: Path) -> None:
+    file = """\
+rescuer/navigator:
+  ros__parameters:
+    type: node
+    modes:
+      __DEFAULT__: {ros__parameters: {max_velocity: 0.2, planner: grid}}
+      SLOW:
+        ros__parameters:
+          planner: straight
+          max_velocity: 0.9
+"""
+    (tmp_path / "modes.yaml").write_text(file)
+    (found,) = problems(tmp_path, f"{GOOD}modes: modes.yaml\n")
+    assert (Path(found.file).name, found.line) == ("modes.yaml", line_of(file, "max_velocity: 0.9"))
+    assert found.problem == "0.9: must be at most 0.26 m/s"
+    unknown = file.replace("planner", "planer")
+    (tmp_path / "modes.yaml").write_text(unknown)
+    assert {each.line for each in problems(tmp_path, f"{GOOD}modes: modes.yaml\n")} == {5, 8, 9}
+
+
+def test_a_mode_that_is_wrong_is_told_alone(tmp_path: Path) -> None:
+    wrong = MODES.replace("transition: activate", "transition: activte", 1)
+    assert wrong != MODES
+    more = "  night:\n    - {change: mode, mode: normal}\n"
+    (found,) = problems(tmp_path, STACK + wrong + more + RULES)
+    assert found.field.startswith("modes.")
+    (found,) = problems(tmp_path, f"{STACK}modes: [1]\n{RULES}")
+    assert found.field == "modes"
+    (found,) = problems(tmp_path, f"{STACK}modes: none.yaml\n{RULES}")
+    assert "no such file" in found.problem
