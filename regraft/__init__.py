@@ -1,50 +1,26 @@
 """Regraft: robots that adapt while they work. An author of components imports all that one needs from here."""
 
 import os
+from typing import TYPE_CHECKING
 
 # Before numpy is loaded: a robot has many small processes, and those that are forked must begin with one thread.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from regraft.bus_schema.messages.health import Level
-from regraft.bus_schema.messages.protocol.requests import RefusalCode
-from regraft.bus_schema.model.description import Resources
-from regraft.bus_schema.model.lifecycle import State
-from regraft.component.component import Component
-from regraft.component.errors import CallFailed, NotActive, RequestRefused
-from regraft.component.future import Cancelled, Future
-from regraft.component.goal import Goal
-from regraft.component.handlers import action, every, service
-from regraft.component.kit import ExclusiveSlot, Kit, Task
-from regraft.component.live_ports import InputPort, OutputPort
-from regraft.component.parameters import Parameter, ParameterError
-from regraft.component.ports import Input, Output
-from regraft.component.quality import Quality
-from regraft.component.records import Records
+if TYPE_CHECKING:
+    from regraft.component.authoring import *  # noqa: F403
+else:
+    # The command line lies in this package too: it takes an interrupt from its first line on, before all that is slow.
+    def __getattr__(name: str) -> object:
+        """Return one of the names that authors import; the first that is asked for has all of them imported."""
+        if name == "__all__" or not name.startswith("_"):
+            from regraft.component import authoring
 
-__all__ = [
-    "CallFailed",
-    "Cancelled",
-    "Component",
-    "ExclusiveSlot",
-    "Future",
-    "Goal",
-    "Input",
-    "InputPort",
-    "Kit",
-    "Level",
-    "NotActive",
-    "Output",
-    "OutputPort",
-    "Parameter",
-    "ParameterError",
-    "Quality",
-    "Records",
-    "RefusalCode",
-    "RequestRefused",
-    "Resources",
-    "State",
-    "Task",
-    "action",
-    "every",
-    "service",
-]
+            if name == "__all__" or name in authoring.__all__:
+                return getattr(authoring, name)
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+    def __dir__() -> list[str]:
+        """Return what the module has, with what authors import."""
+        from regraft.component import authoring
+
+        return sorted({*globals(), *authoring.__all__})
