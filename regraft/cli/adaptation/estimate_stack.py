@@ -89,7 +89,7 @@ def _lines(before: Architecture, after: Architecture, now: Estimation, then: Est
 
 def _after(before: Architecture, texts: Sequence[str]) -> Architecture:
     meant = [change for text in texts for change in _with_modes(_change(text, before), before)]
-    known = Topology(dict(before.components), {}, before.topics, frozenset(before.hosts), frozenset(before.modes))
+    known = Topology(dict(before.components), {}, before.topics, frozenset(before.hosts), before.modes)
     problems = [
         f"--change {texts[index] if len(meant) == len(texts) else index}: {why}"
         for index, why in mistakes(meant, known, _described)

@@ -20,7 +20,8 @@ from regraft.bus_schema.messages.power import BatteryState
 from regraft.bus_schema.messages.protocol.clock import ClockTime
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, Violation
-from regraft.cli.adaptation.managing import headline, violation_line
+from regraft.cli.adaptation.managing import headline
+from regraft.cli.adaptation.mistakes import violation_line
 from regraft.cli.bus.rates import Rates
 from regraft.cli.extensions import add_extensions
 from regraft.cli.main import build
