@@ -143,10 +143,11 @@ def _short(text: str, architecture: Architecture) -> dict[str, PlainValue]:
         return {"change": "swap", **change, "class": given}
     if member == STATE:
         return {"change": "transition", **change, "transition": _transition(text, spec, given).value}
+    value = value_of(given, f"--change {place.strip()}")
     if described is not None and described.parameter(member):
-        return {"change": "set_parameters", **change, "parameters": {member: value_of(given)}}
+        return {"change": "set_parameters", **change, "parameters": {member: value}}
     if described is not None and described.port(member):
-        return {"change": "connect", **change, "port": member, "topic": given}
+        return {"change": "connect", **change, "port": member, "topic": None if value is None else str(value)}
     known: tuple[str, ...] = (CLASS, STATE)
     if described is not None:
         known = (*(p.name for p in described.parameters), *(p.name for p in described.ports), *known)
