@@ -93,8 +93,8 @@ def test_null_disconnects_a_port_and_one_that_must_be_fed_is_named_with_what_wou
     assert after(small, "first.taken=null")["first.flow"] is None
     done = estimate("--stack", FROG, "--change", "detector.image=null")
     assert (
-        "detector.connect.image: input 'image' is required while the component is active, but is connected to no topic; topics "
-        "that carry regraft/Image: camera/image, corner_camera/image"
+        "detector.connect.image: input 'image' is required while the component is active, but is connected to no "
+        "topic; topics that carry regraft/Image: camera/image, corner_camera/image"
     ) in done.stderr
 
 
