@@ -169,3 +169,5 @@ def _show_entry(report: AdaptationReport) -> None:
         say(f"  violation: {violation_line(violation)}")
     for step in report.steps:
         say(f"  {managing.step_line(step)}")
+    for line in managing.unreached_lines(report):
+        say(f"  {line}")

@@ -108,11 +108,18 @@ def show_report(
         if report.request.dry_run or report.outcome not in good:
             for step in report.steps:
                 say(f"  {step_line(step)}")
+        for line in unreached_lines(report):
+            say(f"  {line}")
         for line in estimate_lines(report.estimate):
             say(f"  {line}")
     if report.outcome not in good:
         mistyped = report.violations and all(is_of_watch(violation) for violation in report.violations)
         raise typer.Exit(BAD_INPUT if mistyped else FAILED)
+
+
+def unreached_lines(report: AdaptationReport) -> list[str]:
+    """Return each component that an adaptation is about and did not reach, as one line."""
+    return [f"not reached: {each.component}: {each.why}" for each in report.unreached]
 
 
 def estimate_lines(estimate: Estimate | None) -> list[str]:

@@ -94,7 +94,7 @@ def mistakes(changes: Sequence[Change], known: Topology, describe: Describe) -> 
 
 
 def violation_line(violation: Violation, locations: Mapping[str, Location] = NO_FILE) -> str:
-    """Return a violation as one line, led by where in the request's file its condition is, if it is about one."""
+    """Return a violation as one line; one of a condition that is watched is led by its place in the request's file."""
     place = line_of(violation.field.split("."), locations) if is_of_watch(violation) else ""
     where = ".".join(filter(None, (violation.component, violation.field)))
     number = "" if violation.change is None else f"change {violation.change}"
