@@ -8,6 +8,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 if TYPE_CHECKING:
     from regraft.component.authoring import *  # noqa: F403
+    from regraft.component.authoring import __all__ as __all__
 else:
     # The command line lies in this package too: it takes an interrupt from its first line on, before all that is slow.
     def __getattr__(name: str) -> object:
