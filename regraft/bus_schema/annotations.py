@@ -11,6 +11,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 from typing import Annotated, Any
 
 import numpy as np
@@ -41,6 +42,13 @@ class Text:
 
     longest: int
     cut: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class OneOf:
+    """The members of an enumeration that a field takes, where others have no meaning there."""
+
+    members: tuple[Enum, ...]
 
 
 @dataclass(frozen=True, slots=True)

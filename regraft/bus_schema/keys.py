@@ -20,8 +20,12 @@ COMPONENT_NAME = re.compile(rf"{WORD}(\.{WORD})?")
 CLIENT_NAME = re.compile(r"[A-Za-z0-9_.-]{1,160}")
 TOPIC_NAME = re.compile(rf"{WORD}(\.{WORD})?(/{WORD}){{0,7}}")
 
+RESOURCE_NAME = re.compile(rf"[^\s=\x00-\x1f\x7f]{{1,{MAX_OWN_NAME_LENGTH}}}")
+"""``NAME`` and ``NAME=AMOUNT`` stand among the words of a command."""
+
 OF_A_WORD = f"letters, digits, _ and -, at most {MAX_WORD_LENGTH}"
 MAX_SHOWN_LENGTH = 100
+VOWELS = "aeiou"
 
 CONTROL_VERBS = (
     *("describe", "transition", "parameters", "connections"),
@@ -71,9 +75,14 @@ def own_name(name: str, kind: str) -> str:
     return name
 
 
+def resource_name(name: str, kind: str) -> str:
+    """Return ``name`` if it can name a ``kind`` of resource, such as the device ``/dev/video0``; raises BadKey."""
+    return _matched(RESOURCE_NAME, name, kind, f"1 to {MAX_OWN_NAME_LENGTH} characters without blanks and '='")
+
+
 def _matched(pattern: re.Pattern[str], name: str, kind: str, right: str) -> str:
     if not isinstance(name, str) or not pattern.fullmatch(name):
-        raise BadKey(f"{_shown(name)} cannot name a {kind}: must be {right}")
+        raise BadKey(f"{_shown(name)} cannot name {'an' if kind[0] in VOWELS else 'a'} {kind}: must be {right}")
     return name
 
 

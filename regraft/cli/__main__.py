@@ -1,5 +1,5 @@
 """``python -m regraft.cli`` is ``regraft``."""
 
-from regraft.cli.main import main
+from regraft.cli.entry import main
 
 main()

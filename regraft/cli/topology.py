@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
+from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
 from regraft.bus_schema.model.description import ANY_TYPE, ServiceDescription
 from regraft.bus_schema.model.hosts.hosts import LOCAL
@@ -73,13 +74,16 @@ class Offer:
 
 @dataclass(frozen=True, slots=True)
 class Topology:
-    """The components of a system as specs, those that hosts run and the others; the stack's topics, hosts and modes."""
+    """The components of a system as specs, those that hosts run and the others; the stack's topics, hosts and modes.
+
+    ``modes`` has the changes that enter each, as plain data.
+    """
 
     hosted: dict[str, ComponentSpec]
     unhosted: dict[str, ComponentSpec]
     topics: dict[str, TopicSpec]
     hosts: frozenset[str] = frozenset()
-    modes: frozenset[str] = frozenset()
+    modes: Mapping[str, PlainValue] = field(default_factory=dict)
     view: RobotView = ALL
 
     def of_robot(self, robot: str) -> Topology:
@@ -143,7 +147,7 @@ def topology(client: Client) -> Topology:
     topics: dict[str, TopicSpec] = {}
     elsewhere: dict[str, ComponentSpec] = {}
     hosts: set[str] = set()
-    modes: frozenset[str] = frozenset()
+    modes: Mapping[str, PlainValue] = {}
     for host in client.hosts(AT_ONCE).values():
         hosts.add(host.name)
         if not host.alive:
@@ -159,7 +163,7 @@ def topology(client: Client) -> Topology:
         if host.name == LOCAL:
             elsewhere = {name: spec for name, spec in view.architecture.components.items() if spec.host != LOCAL}
             hosts.update(view.architecture.hosts)
-            modes = frozenset(view.architecture.modes)
+            modes = view.architecture.modes
     hosted = elsewhere | hosted
     unhosted = {}
     for name in seen.keys() - hosted.keys():

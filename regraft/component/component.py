@@ -11,7 +11,7 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.errors import BadMessage, BadType
 from regraft.bus_schema.keys import own_name
 from regraft.bus_schema.model.architecture import Architecture
-from regraft.bus_schema.model.description import Description, Resources, check_amounts
+from regraft.bus_schema.model.description import Description, Resources, check_amounts, check_devices
 from regraft.bus_schema.suggestions import instead_of
 from regraft.component.handlers import LONGEST, Period, Service, period_of, service_of
 from regraft.component.kit import Kit
@@ -342,12 +342,13 @@ def describe(cls: type[Component], parameters: Mapping[str, Any] | None = None) 
     """Return a component class's description, without running it, given parameters other than its defaults.
 
     Raises:
-        BadType: see `declared`; or an amount of its resources cannot be.
+        BadType: see `declared`; or an amount or device of its resources cannot be.
         ParameterError: the parameters do not fit the class.
     """
     parts = declared_for(cls, parameter_set(cls, parameters or {}))
     try:
         check_amounts(cls.resources.amounts)
+        check_devices(cls.resources.devices)
     except BadMessage as error:
         raise BadType(f"resources.{error}") from None
     text = (inspect.getdoc(cls) or "").split("\n\n")[0]

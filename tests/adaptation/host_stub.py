@@ -21,6 +21,7 @@ from regraft.bus_schema.messages.protocol.host import (
     LetSpeak,
     LogLines,
     LogRequest,
+    OtherHost,
     ProcessState,
     ProcessStatus,
     StartComponent,
@@ -39,7 +40,7 @@ class HostStub:
 
     ``refuse`` makes it refuse specs; it does not answer the verbs in ``deaf``. ``launch`` and ``terminate`` are given
     to it by who runs the components; so are ``succeed`` and ``end_run``, for runs beside others. It leaves the next
-    ``skips`` questions for its processes unanswered.
+    ``skips`` questions for its processes unanswered. ``others`` are the hosts that have joined it, or are to.
     """
 
     def __init__(self, hub: MemoryHub, architecture: Architecture, run: str = "run-1") -> None:
@@ -65,6 +66,7 @@ class HostStub:
         self.terminate: Callable[[str], object] = lambda name: None
         self._lock = threading.Lock()
         self.skips = 0
+        self.others: tuple[OtherHost, ...] = ()
         self._bus = MemoryBus(hub)
         keys = Keys(architecture.system)
         self._bus.announce(keys.host("local", "alive"))
@@ -136,7 +138,11 @@ class HostStub:
 
     def _say_status(self, query: MemoryQuery) -> None:
         beside = tuple(self.beside.values())
-        query.reply(codec.encode(HostStatus("local", 0.0, 1, tuple(self.processes.values()), beside, term=self.term)))
+        query.reply(
+            codec.encode(
+                HostStatus("local", 0.0, 1, tuple(self.processes.values()), beside, self.others, term=self.term)
+            )
+        )
 
     def _describe(self, query: MemoryQuery) -> None:
         wanted = codec.decode(query.payload, DescribeComponent)

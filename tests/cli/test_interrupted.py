@@ -1,7 +1,8 @@
-"""A component that runs alone hears that it shall end, at whatever point of its start that comes."""
+"""Commands that are interrupted: at whatever point of their start that comes, they end with a code and no traceback."""
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -54,3 +55,25 @@ def test_an_interrupt_is_heard_also_where_python_drops_its_exception(point: str,
     assert done.returncode == code, done
     assert ("runs alone" in done.stdout) == (code == 0)
     assert regraft(tmp_path / "home", "ps").stdout.startswith("no system is running")
+
+
+# An interrupt comes as the module is looked for.
+WHILE_IMPORTING = """
+import os, runpy, signal, sys
+
+class Interrupts:
+    def find_spec(self, name, path=None, target=None):
+        if name == {module!r}:
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupts())
+sys.argv = ["regraft", "ps"]
+runpy.run_module("regraft.cli", run_name="__main__")
+"""
+
+
+@pytest.mark.parametrize("module", ["regraft.cli.main", "zenoh", "regraft.evaluation.command_line"])
+def test_an_interrupt_while_a_command_is_imported_shows_no_traceback(module: str, tmp_path: Path) -> None:
+    program = (sys.executable, "-c", WHILE_IMPORTING.format(module=module))
+    done = run(cwd=tmp_path, environment=in_home(tmp_path / "home"), program=program)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")

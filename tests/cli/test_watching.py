@@ -150,17 +150,46 @@ def test_a_condition_that_means_nothing_exits_with_2_by_field_and_leaves_no_trac
     assert gauged.ask("journal") == before
 
 
-def test_a_condition_over_what_is_not_there_is_rejected_with_the_nearest_name(gauged: System) -> None:
+def test_a_condition_over_what_is_not_there_exits_with_2_and_the_nearest_name(gauged: System) -> None:
     def check(row: tuple[Any, str, str]) -> None:
         condition, where, problem = row
         done = regraft(gauged.home, "mode", "low", "--confirm", "1", "--watch", "Steady", "--watch", _typed(condition))
-        assert done.returncode == 1, done
+        assert done.returncode == 2, done
         field = ".".join(filter(None, ("watch.1", where)))
         assert any(line.startswith(f"regraft: {field}: ") and problem in line for line in done.stderr.splitlines()), (
             done
         )
 
     check_each(UNKNOWN, check)
+
+
+def test_a_mistake_leaves_a_line_only_where_the_manager_alone_can_find_it(gauged: System) -> None:
+    before = gauged.ask("journal")
+
+    def check(row: tuple[str, tuple[Any, str, str]]) -> None:
+        words, (condition, _, problem) = row
+        done = regraft(gauged.home, *words.split(), "--confirm", "1", "--watch", _typed(condition))
+        assert (done.returncode, problem in done.stderr, done.stdout) == (2, True, ""), done
+
+    check_each([(words, row) for words in COMMANDS[:-1] for row in UNKNOWN if row[0] != "Stedy"], check)
+    assert gauged.ask("journal") == before
+    applied = gauged.ask("mode", "low")
+    wrong = ("--confirm", "1", "--watch", "{component: gague, state: active}", "--json")
+    done = regraft(gauged.home, "undo", applied["id"], *wrong)
+    assert (done.returncode, json.loads(done.stdout)["outcome"]) == (2, "rejected"), done
+    gauged.ask("undo", applied["id"])
+
+
+def test_what_an_adaptation_makes_of_a_component_may_be_watched(gauged: System) -> None:
+    Path("rests.yaml").write_text("changes: [{change: transition, component: gauge, transition: deactivate}]\n")
+    watch = ("--confirm", "1", "--watch", "{quality: gauge.level, at_least: 1}")
+    done = regraft(gauged.home, "adapt", "rests.yaml", *watch)
+    assert (done.returncode, "gauge is inactive afterwards" in done.stderr) == (2, True), done
+    Path("another.yaml").write_text(
+        f"changes: [{{change: add, component: another, spec: {{class: '{GAUGE}'}}}}]\n"
+        "confirm: 1\nwatch: [{quality: another.level, at_least: 1}]\n"
+    )
+    assert gauged.ask("adapt", "another.yaml", "--dry-run")["outcome"] == "pending"
 
 
 def test_in_a_file_it_is_told_with_its_line(gauged: System) -> None:
@@ -171,11 +200,11 @@ def test_in_a_file_it_is_told_with_its_line(gauged: System) -> None:
         return f"{done.returncode} {done.stderr}"
 
     assert told("{quality: gauge.levle, at_least: 1}").startswith(
-        "1 regraft: watched.yaml:6: watch.1.quality: gauge measures no"
+        "2 regraft: watched.yaml:6: watch.1.quality: gauge measures no"
     )
     assert told("{quality: gauge.level, at_leas: 1}").startswith("2 regraft: watched.yaml:6: watch.1")
 
 
 def test_to_watch_without_a_time_is_refused(gauged: System) -> None:
     done = regraft(gauged.home, "mode", "low", "--watch", "Steady")
-    assert (done.returncode, "watch: is of no use without 'confirm'" in done.stderr) == (1, True), done
+    assert (done.returncode, "watch: is of no use without 'confirm'" in done.stderr) == (2, True), done

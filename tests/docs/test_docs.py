@@ -7,6 +7,7 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -24,19 +25,27 @@ from regraft.adaptation_manager.planners.decisions.reading import locations_in, 
 from regraft.bus.memory_bus import MemoryBus, MemoryHub
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import known_types
+from regraft.bus_schema.messages.protocol.host import DescribedComponent
 from regraft.bus_schema.model.adaptation import AdaptationRequest
+from regraft.bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.model.consistency import violations
+from regraft.bus_schema.model.watch_checks import watch_violations
+from regraft.cli.adaptation.mistakes import mistakes
 from regraft.cli.stack.resolved import resolved
 from regraft.cli.stack.yaml_text import yaml_text
+from regraft.cli.topology import Topology
 from regraft.client import Client
 from regraft.dashboard_api import app
 from regraft.dashboard_api.backend.event_buffer import EventBuffer
 from regraft.dashboard_api.backend.manager import Services
 from regraft.dashboard_api.http.callers import Callers
+from regraft.estimation.changes import changed
 from regraft.process.main import load_class
 from regraft.security.tokens import Tokens
 from regraft.sim_service import devices
 from regraft.sim_service.devices.core.fitting import device_class
 from regraft.stack import StackError, apply_parameter_files, load
+from regraft.stack.classes import describe_class
 from tests.cli.app import whole
 from tests.schema.strategies import all_types
 from tests.support.paths import ROOT
@@ -149,11 +158,28 @@ def test_the_examples_of_several_files_load_and_show_what_they_say(tmp_path: Pat
     assert said == shown[: len(said)]
 
 
-def test_adaptations_in_the_docs_are_well_formed() -> None:
-    def has_changes(_: Path, text: str) -> None:
-        assert codec.from_plain(yaml.safe_load(text), AdaptationRequest).changes
+def described(spec: ComponentSpec) -> DescribedComponent:
+    """Return a spec with its class's description, as a host would."""
+    description, problems = describe_class(spec.cls, spec.parameters)
+    assert not problems
+    return DescribedComponent(replace(spec, description=description))
 
-    check_all(lambda page: blocks(page, "yaml", "adaptation"), has_changes)
+
+def test_adaptations_in_the_docs_are_possible_in_frog() -> None:
+    frog = load(ROOT / "regraft" / "stacks" / "frog" / "stack.yaml").architecture.with_hosts(("edge",))
+    known = Topology(dict(frog.components), {}, frog.topics, frozenset(frog.hosts), frog.modes)
+
+    def is_possible(_: Path, text: str) -> None:
+        request = codec.from_plain(yaml.safe_load(text), AdaptationRequest)
+        assert request.changes
+        assert list(mistakes(request.changes, known, described)) == []
+        after = changed(frog, request.changes, lambda spec: described(spec).spec)
+        assert set(violations(after)) <= set(violations(frog))
+        assert list(watch_violations(request.watch, request.confirm, after.components)) == []
+        # FROG's mission has no requirement; those of its rounds are in another stack.
+        assert [each.requirement for each in request.watch if each.requirement] == []
+
+    check_all(lambda page: blocks(page, "yaml", "adaptation"), is_possible)
 
 
 def test_decisions_in_the_docs_can_be_taken(tmp_path: Path) -> None:

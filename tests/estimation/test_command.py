@@ -89,12 +89,25 @@ def test_what_the_manager_would_reject_is_estimated_and_said(small: str) -> None
     assert "an adaptation manager would reject this" in done.stderr
 
 
+def test_null_disconnects_a_port_and_one_that_must_be_fed_is_named_with_what_would_feed_it(small: str) -> None:
+    assert after(small, "first.taken=null")["first.flow"] is None
+    done = estimate("--stack", FROG, "--change", "detector.image=null")
+    assert (
+        "detector.connect.image: input 'image' is required while the component is active, but is connected to no "
+        "topic; topics that carry regraft/Image: camera/image, corner_camera/image"
+    ) in done.stderr
+
+
 @pytest.mark.parametrize(
     ("arguments", "problem"),
     [
         (("--change", "source.rat=20"), "source has no parameter or port 'rat'; did you mean 'rate'?"),
         (("--change", "sorce.rate=20"), "there is no component 'sorce'; did you mean 'source'?"),
         (("--change", "source.rate=fast"), "source.rate = 'fast': must be a number"),
+        (("--change", "source.rate=1e400"), "--change source.rate: 1e400 is too large for a number"),
+        (("--change", "source.rate=null"), "source.rate = null: must be a number"),
+        (("--change", "source.class=null"), "'null' must look like 'package.module:Class'"),
+        (("--context", "scale=1e400"), "--context scale: 1e400 is too large for a number"),
         (("--change", "source.rate=-1"), "source.rate = -1: must be at least 0"),
         (("--change", "first.taken=nothing"), "first: input 'taken' is connected to 'nothing'"),
         (("--change", "source.state=inactve"), "there is no state 'inactve'; did you mean 'inactive'?"),

@@ -136,3 +136,15 @@ def test_it_is_unavailable_while_the_manager_is_away_and_back_with_it(both: Any)
     assert int(answer.headers["retry-after"]) >= 1
     system.start_manager("adaptation_manager")
     assert _parts(http)[""]["target"] == "asleep"
+
+
+def test_an_answer_names_the_components_that_were_not_reached_and_why(both: Any) -> None:
+    system, http = both
+    system.running["second"].kill()
+    system.host.ended("second")
+    change = {"change": "transition", "component": "second", "transition": "deactivate"}
+    answer = http.post("/adaptations", json={"reason": "it is broken", "changes": [change]})
+    assert answer.json()["outcome"] == "applied", answer.text
+    (unreached,) = answer.json()["unreached"]
+    assert (unreached["component"], unreached["code"], unreached["host"]) == ("second", "not_running", "local")
+    assert http.get(f"/adaptations/{answer.json()['id']}").json()["unreached"] == [unreached]

@@ -68,6 +68,9 @@ def test_hosts_are_names_or_have_rules(tmp_path: Path) -> None:
         ("{edge: {amounts: {memory: 3}}}", "hosts.edge.amounts.memory: is a field of its own"),
         ("{edge: {amount: {power: 3}}}", "hosts.edge.amount: there is no such field; did you mean 'amounts'?"),
         ("{edge: {}, two words: {}}", "cannot name a host"),
+        ("{edge: {devices: [fpga, a b]}}", "hosts.edge.devices.1: 'a b' cannot name a device: must be 1 to 128"),
+        ("{edge: {devices: ['']}}", "hosts.edge.devices.0: must be a text, is empty"),
+        ("{edge: {amounts: {a b: 1}}}", "hosts.edge.amounts.a b: 'a b' cannot name an amount"),
     ],
 )
 def test_what_is_wrong_with_hosts_is_said(tmp_path: Path, hosts: str, text: str) -> None:

@@ -49,8 +49,26 @@ def undo_of(
         return request, (Violation(None, "", "undoes", problem),)
     undone = unfolded(undone, before)
     complete = replace(request, changes=inverse(undone.request.changes, before))
+    if not complete.changes:
+        problem = f"adaptation {undone.id} changed nothing: there is nothing to undo"
+        return complete, (Violation(None, "", "undoes", problem),)
     later = [unfolded(line, before) for line in journal.applied_after(int(undone.id))]
-    return complete, tuple(conflicts(undone, behind, now, later))
+    found = conflicts(undone, behind, now, later)
+    undo = _standing_undo(undone.id, later) if found else None
+    if undo is not None:
+        problem = f"adaptation {undone.id} is undone already, by adaptation {undo}; undo {undo} to have it again"
+        found = [Violation(None, "", "undoes", problem)]
+    return complete, tuple(found)
+
+
+def _standing_undo(adaptation: str, later: Sequence[AdaptationReport]) -> str | None:
+    """Return the adaptation that has undone another and is not undone itself; ``later`` are applied, newest first."""
+    undone: set[str] = set()
+    for line in later:
+        if line.request.undoes == adaptation and line.id not in undone:
+            return line.id
+        undone.add(line.request.undoes)
+    return None
 
 
 def asked_again(undone: str, journal: Journal, now: Architecture) -> dict[str, str]:

@@ -212,7 +212,12 @@ class Worker:
         if found:
             return self._rejected(entry, found)
         entry.phases.leave()
-        report = replace(self._pending(entry), steps=tuple(plan.reports()), phases=tuple(entry.phases.ended))
+        report = replace(
+            self._pending(entry),
+            steps=tuple(plan.reports()),
+            phases=tuple(entry.phases.ended),
+            unreached=plan.unreached,
+        )
         if entry.request.dry_run:
             estimate = await estimated(plan, context, self._store.durations(), entry.request.context)
             return replace(report, revision_after=plan.after.revision, architecture=plan.after, estimate=estimate)

@@ -60,5 +60,7 @@ class JournalPublisher:
         details: dict[str, object] = {"id": report.id, "revision": report.revision_after, "phases": phases}
         if report.broken:
             details["broken"] = [codec.to_plain(breach) for breach in report.broken]
+        if report.unreached:
+            details["unreached"] = [codec.to_plain(unreached) for unreached in report.unreached]
         self._kit.event(EVENTS[report.outcome], summary(report), **details)
         self._kit.set_status_text(f"revision {self._current().revision}; last: {summary(report)}")

@@ -15,6 +15,7 @@ from regraft.adaptation_manager.planning.reading import (
     keeps_ending,
     kept_down,
     needed_but_silent,
+    not_reached,
     read_named,
 )
 from regraft.adaptation_manager.planning.room import room_violations
@@ -52,14 +53,15 @@ async def check(
     controls.processes |= await hosts.met(architecture, {*_hosts_named(request)})
     rules, architecture = architecture.host_rules, hosts.with_joined(architecture)
     read = await read_named(request, architecture, controls, hosts)
+    unreached = not_reached(request, architecture, read)
     entered = [change.mode for change in request.changes if isinstance(change, EnterMode)]
     changes, wrong = expanded(request.changes, architecture, read.states())
     found = [*_of_request(request, architecture), *wrong]
     request = replace(request, changes=tuple(change for _, change in changes))
     of_changes, plan = await _check_changes(request, architecture, controls, hosts, manager, read)
     found += [one if one.change is None else replace(one, change=changes[one.change][0]) for one in of_changes]
-    if request.confirm:
-        found += watch_violations(request.watch, request.confirm, plan.after)
+    found += watch_violations(request.watch, request.confirm, plan.after.components)
+    plan = replace(plan, unreached=unreached)
     plan = plan.with_host_rules(rules)  # hosts repeat their own offers each time they join
     return tuple(found), plan.asking(asked_after(architecture.asked_modes, entered, architecture.mode_parts))
 
@@ -123,8 +125,6 @@ def _of_request(request: AdaptationRequest, architecture: Architecture) -> list[
     if request.revision is not None and request.revision != architecture.revision:
         problem = f"revision {request.revision} is stale: the architecture is at revision {architecture.revision}"
         found.append(Violation(None, "", "revision", problem))
-    if request.watch and not request.confirm:
-        found.append(Violation(None, "", "watch", "is of no use without 'confirm', the seconds to watch for"))
     if not request.changes:
         found.append(Violation(None, "", "changes", "is empty: an adaptation needs at least one change"))
     return found

@@ -7,18 +7,22 @@ from functools import cached_property
 
 from regraft.adaptation_manager.steps.actions import ApplyParameters, PlannedStep, TakeOver
 from regraft.bus_schema.messages.protocol.host import UpdateSpecs
-from regraft.bus_schema.model.adaptation import StepReport, StepState
+from regraft.bus_schema.model.adaptation import StepReport, StepState, Unreached
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, HostRules
 
 
 @dataclass(frozen=True)
 class Plan:
-    """An adaptation's steps; the first ``preparing`` only prepare. Both architectures carry their own revision."""
+    """An adaptation's steps; the first ``preparing`` only prepare. Both architectures carry their own revision.
+
+    ``unreached`` are components that it is about, and that do not answer.
+    """
 
     before: Architecture
     after: Architecture
     steps: tuple[PlannedStep, ...] = ()
     preparing: int = 0
+    unreached: tuple[Unreached, ...] = ()
 
     def as_revision(self, revision: int) -> Plan:
         """Return the plan with ``revision`` as that of the architecture after it."""

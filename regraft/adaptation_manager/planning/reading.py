@@ -21,6 +21,8 @@ from regraft.bus_schema.model.adaptation import (
     Remove,
     SetParameters,
     Swap,
+    Unreached,
+    UnreachedCode,
     Violation,
 )
 from regraft.bus_schema.model.architecture import Architecture
@@ -32,7 +34,7 @@ COMING = (ProcessState.WAITING, ProcessState.STARTING)
 
 @dataclass(frozen=True, slots=True)
 class Silent:
-    """A component that did not answer, and ``why``.
+    """A component that did not answer, and ``why``; ``code`` is that for programs.
 
     ``broken`` means that it is not about to come back by itself. ``may_act`` means that it may have a process.
     ``replaceable`` means that a swap can start another in its place. ``out_of_reach`` means that its host is silent,
@@ -44,6 +46,7 @@ class Silent:
     may_act: bool
     replaceable: bool
     out_of_reach: bool
+    code: UnreachedCode
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,12 +99,13 @@ def _silent(name: str, host: str, error: ControlFailed, controls: ComponentClien
     process = controls.processes.get(name)
     if host in hosts.silent:
         lost = host in hosts.lost
-        return Silent(f"its {hosts.why_not_there(host)}", lost, False, False, not lost)
+        return Silent(f"its {hosts.why_not_there(host)}", lost, False, False, not lost, hosts.how_not_there(host))
     replaceable = process is not None and _is_broken(process, error)
     hangs = isinstance(error, NoAnswer) and not error.gone
     may_act = process is not None and process.state not in NOT_RUNNING
     why = _why_silent(controls, name, error)
-    return Silent(why, process is None or replaceable or hangs, may_act, replaceable, False)
+    code = UnreachedCode.NO_ANSWER if may_act else UnreachedCode.NOT_RUNNING
+    return Silent(why, process is None or replaceable or hangs, may_act, replaceable, False, code)
 
 
 def _is_broken(process: ProcessStatus, error: ControlFailed) -> bool:
@@ -155,6 +159,16 @@ def _is_needed(name: str, silent: Silent, draft: Draft, changes: Sequence[Change
 def _only_disconnects(name: str, changes: Sequence[Change]) -> bool:
     """Return whether a component is only to be connected to less: it need not run for that."""
     return all(isinstance(c, Connect) and c.topic is None for c in changes if c.component == name)
+
+
+def not_reached(request: AdaptationRequest, architecture: Architecture, read: Read) -> tuple[Unreached, ...]:
+    """Return the components that a request is about and that do not answer, but for those that it replaces."""
+    replaced = {c.component for c in meant(request.changes, architecture) if isinstance(c, Remove | Swap | Move)}
+    return tuple(
+        Unreached(name, silent.code, architecture.components[name].host, silent.why)
+        for name, silent in sorted(read.silent.items())
+        if name not in replaced
+    )
 
 
 def kept_down(draft: Draft, read: Read, request: AdaptationRequest) -> list[PlannedStep]:

@@ -10,6 +10,7 @@ from regraft.bus_schema.messages.protocol.control import ComponentView
 from regraft.bus_schema.model.adaptation import Add
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.modes.mode_deciders import fed_as_needed
 from regraft.stack.sections.components import connections, services
 
 
@@ -36,6 +37,7 @@ def plan(draft: Draft, change: Add) -> None:
         connections=connections(spec, topics, spec.connections),
         services=services(spec, topics, change.spec.services),
     )
+    spec = fed_as_needed(spec, change.spec.connections, draft.architecture)
     draft.update(spec)
     draft.added.add(name)
     if spec.managed:

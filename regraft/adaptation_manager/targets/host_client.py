@@ -32,6 +32,7 @@ from regraft.bus_schema.messages.protocol.host import (
     StopComponent,
     UpdateSpecs,
 )
+from regraft.bus_schema.model.adaptation import UnreachedCode
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.hosts.host_state import HostState
 from regraft.bus_schema.model.hosts.offers import with_offers
@@ -191,6 +192,16 @@ class Hosts:
             HostState.LOST: "is lost",
         }
         return f"host {host!r} {words.get(state, 'does not answer')}"
+
+    def how_not_there(self, host: str) -> UnreachedCode:
+        """Return the code of how it is with a host that is not there, or does not answer."""
+        state = self.others[host].state if host in self.others else HostState.JOINED
+        codes = {
+            HostState.ABSENT: UnreachedCode.HOST_ABSENT,
+            HostState.LEFT: UnreachedCode.HOST_LEFT,
+            HostState.LOST: UnreachedCode.HOST_LOST,
+        }
+        return codes.get(state, UnreachedCode.HOST_SILENT)
 
     @property
     def lost(self) -> frozenset[str]:

@@ -154,7 +154,7 @@ def _packing(shape: Shape, names: _Names) -> _Field:
 
 def _unpacking(shape: Shape, names: _Names) -> _Field:
     if isinstance(shape, EnumShape):
-        members = names.add({member.value: member for member in shape.members})
+        members = names.add({member.value: member for member in shape.allowed})
         return _Field(f"{{v}} in {members}", f"{members}[{{v}}]")
     if isinstance(shape, RecordShape) and shape.tag is None:
         return _Field("", f"{names.add(compile_unpack(shape.cls))}({{v}})")

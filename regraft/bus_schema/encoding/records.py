@@ -11,7 +11,7 @@ from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from regraft.bus_schema.annotations import Array, Bounds, MayBeInfinite, Named, Tagged, Text, Unit
+from regraft.bus_schema.annotations import Array, Bounds, MayBeInfinite, Named, OneOf, Tagged, Text, Unit
 from regraft.bus_schema.encoding import shapes
 from regraft.bus_schema.encoding.arrays import ArrayShape
 from regraft.bus_schema.encoding.shapes import JsonSchema, Shape
@@ -276,7 +276,8 @@ def _scalar(hint: Any, notes: tuple[Any, ...]) -> Shape:
     if hint is bytes:
         return shapes.BytesShape()
     if isinstance(hint, type) and issubclass(hint, Enum):
-        return shapes.EnumShape(hint)
+        allowed = next((note.members for note in notes if isinstance(note, OneOf)), tuple(hint))
+        return shapes.EnumShape(hint, allowed)
     if dataclasses.is_dataclass(hint) and isinstance(hint, type):
         return _with_shorthand(record_shape(hint))
     raise BadType(f"{hint!r} cannot travel in a message")

@@ -280,6 +280,31 @@ class PhaseReport:
     duration: Seconds = 0.0
 
 
+class UnreachedCode(Enum):
+    """Why a component is not reached: how its host is, or that it does not run or answer itself."""
+
+    HOST_ABSENT = "host_absent"
+    HOST_LEFT = "host_left"
+    HOST_SILENT = "host_silent"
+    HOST_LOST = "host_lost"
+    NOT_RUNNING = "not_running"
+    NO_ANSWER = "no_answer"
+
+
+@message("regraft/Unreached")
+@dataclass(frozen=True, slots=True)
+class Unreached:
+    """A component that an adaptation names, and that could not be asked as it was checked.
+
+    The architecture holds for it all the same: it gets it when it is back. ``why`` is in words.
+    """
+
+    component: str
+    code: UnreachedCode
+    host: str
+    why: ToldBriefly = ""
+
+
 @message("regraft/AdaptationReport")
 @dataclass(frozen=True, slots=True)
 class AdaptationReport:
@@ -287,7 +312,7 @@ class AdaptationReport:
 
     ``revision_after`` of one that is being confirmed is that of the architecture that is not final yet. A dry run has
     the ``architecture`` that would result, and an ``estimate``. ``broken`` is what did not hold if it was not
-    confirmed.
+    confirmed. ``unreached`` are the components that it is about, and that did not answer as it was checked.
     """
 
     id: str
@@ -305,3 +330,4 @@ class AdaptationReport:
     phases: tuple[PhaseReport, ...] = ()
     estimate: Estimate | None = None
     broken: tuple[Breach, ...] = ()
+    unreached: tuple[Unreached, ...] = ()

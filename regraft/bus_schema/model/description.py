@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated
 
@@ -11,7 +11,7 @@ from regraft.bus_schema.annotations import Bounds, ClassPath, Count, PlainValue,
 from regraft.bus_schema.encoding.reading import Reading
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.errors import BadKey, BadMessage
-from regraft.bus_schema.keys import own_name
+from regraft.bus_schema.keys import resource_name
 from regraft.bus_schema.model.qualities.qualities import QualityDescription
 
 ANY_TYPE = "*"
@@ -108,13 +108,22 @@ def check_amounts(amounts: Mapping[str, float]) -> None:
     """Make sure that named amounts are amounts; raises BadMessage."""
     for name, value in amounts.items():
         try:
-            own_name(name, "amount")
+            resource_name(name, "amount")
         except BadKey as error:
             raise BadMessage(str(error), ("amounts", name)) from None
         if name in RESERVED_AMOUNTS:
             raise BadMessage("is a field of its own: give it there", ("amounts", name))
         if not 0.0 <= value < math.inf:
             raise BadMessage(f"is {value:g}, must be finite and at least 0", ("amounts", name))
+
+
+def check_devices(devices: Sequence[str]) -> None:
+    """Make sure that devices have names; raises BadMessage."""
+    for index, name in enumerate(devices):
+        try:
+            resource_name(name, "device")
+        except BadKey as error:
+            raise BadMessage(str(error), ("devices", str(index))) from None
 
 
 @message("regraft/Description")

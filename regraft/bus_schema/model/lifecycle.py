@@ -32,6 +32,9 @@ class Transition(Enum):
 
 PRIMARY = (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE, State.FINALIZED)
 
+LASTING = (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE)
+"""The states in which a component stays: a finalized one only ends."""
+
 TRANSITIONS: dict[tuple[State, Transition], tuple[State, State]] = {
     (State.UNCONFIGURED, Transition.CONFIGURE): (State.CONFIGURING, State.INACTIVE),
     (State.INACTIVE, Transition.ACTIVATE): (State.ACTIVATING, State.ACTIVE),

@@ -88,7 +88,7 @@ def _form(items: PlainValue) -> str:
 
 
 def _shown(value: PlainValue) -> str:
-    text = repr(value)
+    text = "null" if value is None else repr(value)
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from regraft.bus_schema.encoding.reading_checks import ValueKind
 from regraft.bus_schema.model.adaptation import Violation
-from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.constraints import split_parameter
 from regraft.bus_schema.model.description import Description
 from regraft.bus_schema.model.expression_kinds import kind_of_parameter, kind_problems
@@ -16,21 +16,26 @@ from regraft.bus_schema.model.qualities.qualities import QualityDescription, mea
 from regraft.bus_schema.model.watched import Condition
 from regraft.bus_schema.suggestions import instead_of
 
+Components = Mapping[str, ComponentSpec]
+
 ACTIVE = "active"
 """In expressions, behind a component's name: whether it is active."""
 
 
-def watch_violations(watch: Sequence[Condition], confirm: float, after: Architecture) -> Iterator[Violation]:
-    """Yield what is wrong with the conditions of a request that watches ``after`` for ``confirm`` seconds.
+def watch_violations(watch: Sequence[Condition], confirm: float, after: Components) -> Iterator[Violation]:
+    """Yield what is wrong with the conditions of a request that watches for ``confirm`` seconds; ``after`` is with it.
 
     Whether a requirement is reported is not known here.
     """
+    if watch and not confirm:
+        yield Violation(None, "", "watch", "is of no use without 'confirm', the seconds to watch for")
+        return
     for index, condition in enumerate(watch):
         for problem in _problems(condition, confirm, after):
             yield Violation(None, "", f"watch.{index}.{condition.kind}", problem)
 
 
-def _problems(condition: Condition, confirm: float, after: Architecture) -> Iterator[str]:
+def _problems(condition: Condition, confirm: float, after: Components) -> Iterator[str]:
     if condition.component:
         found = _component(condition.component, after)
         if isinstance(found, str):
@@ -46,7 +51,7 @@ def _problems(condition: Condition, confirm: float, after: Architecture) -> Iter
         yield from _of_expression(Expression(condition.require), confirm, after)
 
 
-def _of_expression(expression: Expression, confirm: float, after: Architecture) -> Iterator[str]:
+def _of_expression(expression: Expression, confirm: float, after: Components) -> Iterator[str]:
     wrong = set()
     for name in expression.names:
         found = _component(split_parameter(name)[0], after)
@@ -56,7 +61,7 @@ def _of_expression(expression: Expression, confirm: float, after: Architecture) 
             yield problem
     for name, value in expression.compared():
         component, what = split_parameter(name)
-        if name in wrong or _has_parameter(after.components[component], what):
+        if name in wrong or _has_parameter(after[component], what):
             continue
         if what == ACTIVE and not isinstance(value, bool):
             wrong.add(name)
@@ -68,12 +73,12 @@ def _of_expression(expression: Expression, confirm: float, after: Architecture) 
         yield from kind_problems(expression, _kinds(expression, after), ValueKind.TRUTH)
 
 
-def _kinds(expression: Expression, after: Architecture) -> dict[str, ValueKind]:
+def _kinds(expression: Expression, after: Components) -> dict[str, ValueKind]:
     """Return the kinds of names whose components are there: of parameters, of qualities, of whether one is active."""
     found = {}
     for name in expression.names:
         component, what = split_parameter(name)
-        description = after.components[component].description
+        description = after[component].description
         parameter = description.parameter(what) if description else None
         kind = kind_of_parameter(parameter) if parameter else None
         if parameter is None:
@@ -83,11 +88,11 @@ def _kinds(expression: Expression, after: Architecture) -> dict[str, ValueKind]:
     return found
 
 
-def _component(name: str, after: Architecture) -> ComponentSpec | str:
+def _component(name: str, after: Components) -> ComponentSpec | str:
     """Return the spec of a component that can be asked, or why there is none."""
-    spec = after.components.get(name)
+    spec = after.get(name)
     if spec is None:
-        return f"there is no component {name!r} afterwards; {instead_of(name, after.components)}"
+        return f"there is no component {name!r} afterwards; {instead_of(name, after)}"
     return spec if spec.managed else f"{name} is unmanaged: it reports neither states nor qualities"
 
 

@@ -6,13 +6,13 @@ from dataclasses import dataclass, fields
 from enum import Enum
 from typing import Annotated, ClassVar
 
-from regraft.bus_schema.annotations import Bounds, Count, Seconds, Text, ToldBriefly
+from regraft.bus_schema.annotations import Bounds, Count, OneOf, Seconds, Text, ToldBriefly
 from regraft.bus_schema.encoding.reading_checks import ValueKind
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.errors import BadCombination, BadMessage
 from regraft.bus_schema.model.expression_kinds import kind_problems
 from regraft.bus_schema.model.expressions import MAX_LENGTH, Expression
-from regraft.bus_schema.model.lifecycle import PRIMARY, State
+from regraft.bus_schema.model.lifecycle import LASTING, State
 
 UNKNOWN_FOR = 3.0
 """Seconds for which a quality or an expression may be unknown where the request has no ``unknown_for``."""
@@ -47,7 +47,7 @@ class Condition:
     at_least: float | None = None
     at_most: float | None = None
     within: tuple[float, ...] = ()
-    state: State | None = None
+    state: Annotated[State, OneOf(LASTING)] | None = None
     unknown_for: Annotated[Seconds, Bounds(0.0, 86_400.0)] | None = None
 
     def __post_init__(self) -> None:
@@ -67,9 +67,9 @@ class Condition:
             if "." not in self.quality.strip("."):
                 raise BadCombination(f"is {self.quality!r}, must be 'component.quality'", ("quality",))
             self._check_bounds()
-        elif kind == "component" and self.state not in PRIMARY:
+        elif kind == "component" and self.state not in LASTING:
             problem = "is missing" if self.state is None else f"is {self.state.value!r}"
-            states = ", ".join(state.value for state in PRIMARY)
+            states = ", ".join(state.value for state in LASTING)
             raise BadCombination(f"{problem}, must be one of: {states}", ("state",))
         elif kind == "require":
             try:

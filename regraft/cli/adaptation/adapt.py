@@ -70,7 +70,8 @@ def adapt(
         watch=(*request.watch, *conditions(watch or ())),
     )
     with reached(ctx, system) as there:
-        managing.show_report(managing.adapt(there, request, timeout), as_json=as_json, locations=locations)
+        report = managing.adapt(there, request, timeout, locations)
+        managing.show_report(report, as_json=as_json, locations=locations)
 
 
 def request_of(file: str) -> tuple[AdaptationRequest, dict[str, Location]]:

@@ -17,7 +17,7 @@ from regraft.cli.outcomes import BadInput
 from regraft.cli.running_system import reached
 from regraft.cli.terminal.options import JsonOption, SystemOption
 from regraft.cli.terminal.output import complain, show_json, show_table
-from regraft.cli.terminal.values import assignment
+from regraft.cli.terminal.values import assignments
 from regraft.component.component import describe, parameter_set
 from regraft.component.predicting import predicted
 from regraft.process.main import load_class
@@ -60,13 +60,13 @@ def estimate(
     if stack:
         if settings:
             raise BadInput("--set goes with a COMPONENT alone; with --stack use --change navigator.max_velocity=0.1")
-        estimate_stack(stack, component, changes or [], dict(map(assignment, context or [])), as_json=as_json)
+        estimate_stack(stack, component, changes or [], assignments(context or (), "--context "), as_json=as_json)
         return
     if changes:
         raise BadInput("--change goes with --stack; for a running system use 'regraft adapt FILE --dry-run'")
     if not component:
         raise BadInput("name a COMPONENT, a MODULE:CLASS or a --stack")
-    asked = AskQualities(dict(map(assignment, settings or [])), dict(map(assignment, context or [])))
+    asked = AskQualities(assignments(settings or (), "--set "), assignments(context or (), "--context "))
     if ":" in component:
         found = _of_class(component, asked)
         _show(component, found.values, None, found.problems, as_json)

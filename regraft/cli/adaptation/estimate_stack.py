@@ -89,7 +89,7 @@ def _lines(before: Architecture, after: Architecture, now: Estimation, then: Est
 
 def _after(before: Architecture, texts: Sequence[str]) -> Architecture:
     meant = [change for text in texts for change in _with_modes(_change(text, before), before)]
-    known = Topology(dict(before.components), {}, before.topics, frozenset(before.hosts), frozenset(before.modes))
+    known = Topology(dict(before.components), {}, before.topics, frozenset(before.hosts), before.modes)
     problems = [
         f"--change {texts[index] if len(meant) == len(texts) else index}: {why}"
         for index, why in mistakes(meant, known, _described)
@@ -143,10 +143,11 @@ def _short(text: str, architecture: Architecture) -> dict[str, PlainValue]:
         return {"change": "swap", **change, "class": given}
     if member == STATE:
         return {"change": "transition", **change, "transition": _transition(text, spec, given).value}
+    value = value_of(given, f"--change {place.strip()}")
     if described is not None and described.parameter(member):
-        return {"change": "set_parameters", **change, "parameters": {member: value_of(given)}}
+        return {"change": "set_parameters", **change, "parameters": {member: value}}
     if described is not None and described.port(member):
-        return {"change": "connect", **change, "port": member, "topic": given}
+        return {"change": "connect", **change, "port": member, "topic": None if value is None else str(value)}
     known: tuple[str, ...] = (CLASS, STATE)
     if described is not None:
         known = (*(p.name for p in described.parameters), *(p.name for p in described.ports), *known)

@@ -14,6 +14,7 @@ from regraft.bus_schema.messages.management.system import SystemFault
 from regraft.bus_schema.model.adaptation import JOURNAL, AdaptationReport
 from regraft.cli.adaptation import managing
 from regraft.cli.adaptation.adapt import undo
+from regraft.cli.adaptation.mistakes import violation_line
 from regraft.cli.outcomes import BadInput
 from regraft.cli.running_system import Reached, reached
 from regraft.cli.terminal.numbers import whole
@@ -165,6 +166,8 @@ def _show_entry(report: AdaptationReport) -> None:
     for phase in report.phases:
         say(f"  {phase.phase.value} took {seconds(phase.duration)}")
     for violation in report.violations:
-        say(f"  violation: {managing.violation_line(violation)}")
+        say(f"  violation: {violation_line(violation)}")
     for step in report.steps:
         say(f"  {managing.step_line(step)}")
+    for line in managing.unreached_lines(report):
+        say(f"  {line}")

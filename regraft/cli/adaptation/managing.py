@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from types import MappingProxyType
 from typing import TypeVar
 
 import typer
@@ -17,22 +16,19 @@ from regraft.bus_schema.model.adaptation import (
     Change,
     Outcome,
     StepReport,
-    Violation,
 )
 from regraft.bus_schema.model.qualities.estimates import Estimate
-from regraft.cli.adaptation.mistakes import refuse_mistakes
+from regraft.cli.adaptation.mistakes import NO_FILE, is_of_watch, refuse_mistakes, violation_line
 from regraft.cli.adaptation.watched import Confirmation
-from regraft.cli.outcomes import FAILED, BadInput, Unreachable
+from regraft.cli.outcomes import BAD_INPUT, FAILED, BadInput, Unreachable
 from regraft.cli.running_system import Reached, user
 from regraft.cli.terminal.output import complain, say, seconds, show_json
-from regraft.cli.terminal.values import line_of
 from regraft.stack.yaml.nodes import Location
 
 A = TypeVar("A")
 
 ADAPTATION_TIMEOUT = 60.0
 UNWATCHED = Confirmation()
-NO_FILE: Mapping[str, Location] = MappingProxyType({})
 GOOD = (Outcome.APPLIED, Outcome.APPLIED_STATE_LOST, Outcome.PENDING, Outcome.CONFIRMING)
 
 
@@ -51,15 +47,22 @@ def ask(there: Reached, service: str, request: object, reply: type[A], timeout: 
     return there.client.call(service, request, reply, timeout)
 
 
-def adapt(there: Reached, request: AdaptationRequest, timeout: float = ADAPTATION_TIMEOUT) -> AdaptationReport:
+def adapt(
+    there: Reached,
+    request: AdaptationRequest,
+    timeout: float = ADAPTATION_TIMEOUT,
+    locations: Mapping[str, Location] = NO_FILE,
+) -> AdaptationReport:
     """Have an adaptation carried out, and confirmed if it is to be.
+
+    ``locations`` are those of the request's fields in its file.
 
     Raises:
         BadInput: it names what is not there, or has a value that does not fit; nobody has been asked.
         CallFailed, Unreachable: the adaptation manager refuses, or is not there.
     """
     require_manager(there)
-    refuse_mistakes(there, request.changes)
+    refuse_mistakes(there, request, locations)
     return there.client.call(ADAPT, request, AdaptationReport, timeout + request.confirm, patient=True)
 
 
@@ -93,6 +96,7 @@ def show_report(
 ) -> None:
     """Print what became of an adaptation, and exit with 1 if that is nothing ``good``.
 
+    It is 2 if there is nothing wrong but with the conditions to watch: then a mistake was typed.
     ``locations`` are those of the request's fields in its file.
     """
     if as_json:
@@ -100,15 +104,22 @@ def show_report(
     else:
         say(headline(report))
         for violation in report.violations:
-            place = line_of(violation.field.split("."), locations) if violation.field.startswith("watch.") else ""
-            complain(": ".join(filter(None, (place, violation_line(violation)))))
+            complain(violation_line(violation, locations))
         if report.request.dry_run or report.outcome not in good:
             for step in report.steps:
                 say(f"  {step_line(step)}")
+        for line in unreached_lines(report):
+            say(f"  {line}")
         for line in estimate_lines(report.estimate):
             say(f"  {line}")
     if report.outcome not in good:
-        raise typer.Exit(FAILED)
+        mistyped = report.violations and all(is_of_watch(violation) for violation in report.violations)
+        raise typer.Exit(BAD_INPUT if mistyped else FAILED)
+
+
+def unreached_lines(report: AdaptationReport) -> list[str]:
+    """Return each component that an adaptation is about and did not reach, as one line."""
+    return [f"not reached: {each.component}: {each.why}" for each in report.unreached]
 
 
 def estimate_lines(estimate: Estimate | None) -> list[str]:
@@ -149,13 +160,6 @@ def headline(report: AdaptationReport) -> str:
     if report.duration:
         parts.append(f"in {seconds(report.duration)}")
     return ", ".join(parts) + (f": {report.error}" if report.error else "")
-
-
-def violation_line(violation: Violation) -> str:
-    """Return a violation as one line."""
-    where = ".".join(filter(None, (violation.component, violation.field)))
-    number = "" if violation.change is None else f"change {violation.change}: "
-    return f"{number}{where}: {violation.problem}" if where else f"{number}{violation.problem}"
 
 
 def step_line(step: StepReport) -> str:

@@ -6,21 +6,42 @@ adaptation is judged by the adaptation manager.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.protocol.host import DescribeComponent, DescribedComponent
-from regraft.bus_schema.model.adaptation import Add, Change, Connect, EnterMode, Move, Remove, SetParameters, Swap
+from regraft.bus_schema.model.adaptation import (
+    AdaptationRequest,
+    Add,
+    Change,
+    ChangeState,
+    Connect,
+    EnterMode,
+    Move,
+    Remove,
+    SetParameters,
+    Swap,
+    Violation,
+)
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
 from regraft.bus_schema.model.description import Description
+from regraft.bus_schema.model.lifecycle import TRANSITIONS
 from regraft.bus_schema.model.parameter_values import effective_parameter, parameter_problem
+from regraft.bus_schema.model.watch_checks import watch_violations
 from regraft.bus_schema.model.wiring import connection_problem
 from regraft.bus_schema.suggestions import instead_of, no_such
 from regraft.cli.outcomes import BadInput
 from regraft.cli.running_system import Reached
+from regraft.cli.terminal.values import line_of
 from regraft.cli.topology import Topology
 from regraft.client import ClientError
+from regraft.stack.yaml.nodes import Location
 
 DESCRIBED_TIMEOUT = 25.0
 """Seconds that a host may take to import a class and describe it."""
@@ -28,19 +49,28 @@ DESCRIBED_TIMEOUT = 25.0
 STARTED = ("class", "command")
 """The fields of a spec that name what is started."""
 
+NO_FILE: Mapping[str, Location] = MappingProxyType({})
+
 Describe = Callable[[ComponentSpec], DescribedComponent | None]
 
 
-def refuse_mistakes(there: Reached, changes: Sequence[Change]) -> None:
-    """Raise BadInput with every mistake in changes of a system's architecture, one a line."""
+def refuse_mistakes(there: Reached, request: AdaptationRequest, locations: Mapping[str, Location] = NO_FILE) -> None:
+    """Raise BadInput with every mistake in a request to change a system's architecture, one a line.
+
+    ``locations`` are those of the request's fields in its file.
+    """
 
     def describe(spec: ComponentSpec) -> DescribedComponent | None:
         return _described(there, spec)
 
+    draft = _Draft(dict(there.known.hosted), dict(there.known.topics), there.known, describe)
     found = [
-        f"change {index}: {problem}" if len(changes) > 1 else problem
-        for index, problem in mistakes(changes, there.known, describe)
+        f"change {index}: {problem}" if len(request.changes) > 1 else problem
+        for index, problem in draft.take_all(request.changes)
     ]
+    # A change that means nothing leaves components of which nothing is known.
+    watched = [] if found else watch_violations(request.watch, request.confirm, draft.components)
+    found += [violation_line(violation, locations) for violation in watched]
     if found:
         raise BadInput("\n".join(found))
 
@@ -60,10 +90,20 @@ def mistakes(changes: Sequence[Change], known: Topology, describe: Describe) -> 
 
     ``describe`` gives what a class states of itself, None if that is unknown: it is left to the manager then.
     """
-    draft = _Draft(dict(known.hosted), dict(known.topics), known, describe)
-    for index, change in enumerate(changes):
-        for problem in draft.take(change, changes):
-            yield index, problem
+    yield from _Draft(dict(known.hosted), dict(known.topics), known, describe).take_all(changes)
+
+
+def violation_line(violation: Violation, locations: Mapping[str, Location] = NO_FILE) -> str:
+    """Return a violation as one line; one of a condition that is watched is led by its place in the request's file."""
+    place = line_of(violation.field.split("."), locations) if is_of_watch(violation) else ""
+    where = ".".join(filter(None, (violation.component, violation.field)))
+    number = "" if violation.change is None else f"change {violation.change}"
+    return ": ".join(filter(None, (place, number, where, violation.problem)))
+
+
+def is_of_watch(violation: Violation) -> bool:
+    """Return whether a violation is about the conditions that are to be watched."""
+    return violation.field.split(".")[0] == "watch"
 
 
 @dataclass(slots=True)
@@ -75,11 +115,19 @@ class _Draft:
     known: Topology
     describe: Describe
 
+    def take_all(self, changes: Sequence[Change]) -> Iterator[tuple[int, str]]:
+        """Yield what is wrong with changes, each with its index, and take them over."""
+        for index, change in enumerate(changes):
+            for problem in self.take(change, changes):
+                yield index, problem
+
     def take(self, change: Change, changes: Sequence[Change]) -> Iterator[str]:
         """Yield what is wrong with a change, and take it over."""
         if isinstance(change, EnterMode):
             if change.mode not in self.known.modes:
                 yield no_such("mode", change.mode, self.known.modes)
+            else:
+                self._enter(change.mode)
             return
         if isinstance(change, Add):
             yield from self._add(change)
@@ -91,12 +139,21 @@ class _Draft:
             yield from _of_values(spec, change.parameters)
         elif isinstance(change, Connect):
             yield from self._of_ports(spec, {change.port: change.topic})
+        elif isinstance(change, ChangeState):
+            reached = {end for (_, transition), (_, end) in TRANSITIONS.items() if transition is change.transition}
+            self.components[spec.name] = replace(spec, state=reached.pop())
         elif isinstance(change, Move):
             yield from self._of_host(change.host)
         elif isinstance(change, Swap):
             yield from self._swap(change, spec, changes)
         elif isinstance(change, Remove):
             yield from self._remove(change)
+
+    def _enter(self, mode: str) -> None:
+        """Take over the changes of a mode. The stack's check has judged them: what is not needed now is no mistake."""
+        with suppress(BadMessage):
+            changes = codec.from_plain({"changes": self.known.modes[mode]}, AdaptationRequest).changes
+            deque(self.take_all(changes), maxlen=0)
 
     def _of_host(self, host: str) -> Iterator[str]:
         if host not in self.known.hosts:

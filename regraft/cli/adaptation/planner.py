@@ -14,6 +14,7 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
 from regraft.bus_schema.model.robots.planners import DESCRIBE, PROPOSE, planner_of, planner_service
 from regraft.cli.adaptation import managing
+from regraft.cli.adaptation.mistakes import violation_line
 from regraft.cli.outcomes import FAILED, BadInput
 from regraft.cli.running_system import Reached, reached, user
 from regraft.cli.terminal.options import JsonOption, ReasonOption, RobotOption, SystemOption, TimeoutOption
@@ -88,7 +89,7 @@ def _show(found: Proposal) -> None:
     if found.report is not None:
         say(managing.headline(found.report))
         for violation in found.report.violations:
-            complain(managing.violation_line(violation))
+            complain(violation_line(violation))
 
 
 def _planners(known: Topology) -> dict[str, str]:

@@ -10,7 +10,6 @@ from regraft.bus_schema.keys import component_name
 from regraft.bus_schema.model.adaptation import Change, Move, Swap
 from regraft.cli.adaptation import managing
 from regraft.cli.adaptation.watched import Confirmation
-from regraft.cli.outcomes import BadInput
 from regraft.cli.running_system import reached
 from regraft.cli.terminal.options import (
     ComponentArgument,
@@ -21,7 +20,7 @@ from regraft.cli.terminal.options import (
     SystemOption,
     WatchOption,
 )
-from regraft.cli.terminal.values import assignment
+from regraft.cli.terminal.values import assignments
 
 Several = list[str] | None
 
@@ -48,10 +47,9 @@ def swap(
     as_json: JsonOption = False,
 ) -> None:
     """Have another class continue in a component's place, or the same one configured otherwise; nothing is missed."""
-    connections = {port: None if topic is None else str(topic) for port, topic in map(assignment, ports or ())}
-    values = dict(map(assignment, parameters or ()))
-    if len(values) != len(parameters or ()) or len(connections) != len(ports or ()):
-        raise BadInput("a parameter or port is given twice: leave one out")
+    topics = assignments(ports or (), "--connect ")
+    connections = {port: None if topic is None else str(topic) for port, topic in topics.items()}
+    values = assignments(parameters or (), "--set ")
     name = component_name(component)
     changes: tuple[Change, ...] = (Swap(name, cls, values, connections, with_state=not without_state),)
     if host:

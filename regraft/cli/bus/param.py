@@ -24,7 +24,7 @@ from regraft.cli.terminal.options import (
     SystemOption,
 )
 from regraft.cli.terminal.output import say, show_json, show_table
-from regraft.cli.terminal.values import assignment, value_of
+from regraft.cli.terminal.values import assignments, value_of
 
 param = typer.Typer(help="Get, set and list parameters.", no_args_is_help=True, rich_markup_mode=None)
 
@@ -118,7 +118,7 @@ def set_parameters(
     as_json: JsonOption = False,
 ) -> None:
     """Set one parameter, or several at once, all or none."""
-    values = values_of(settings)
+    values = values_of(settings, f"{component}.")
     with reached(ctx, system) as there:
         refuse_values(there.known.component(component), values)
         if component in there.known.hosted:
@@ -135,11 +135,11 @@ def set_parameters(
             say(f"{component}.{name} is {view.parameters[name]}")
 
 
-def values_of(settings: list[str]) -> dict[str, PlainValue]:
-    """Return the values in ``PARAMETER VALUE`` or in ``PARAMETER=VALUE ...``; raises BadInput."""
+def values_of(settings: list[str], before: str = "") -> dict[str, PlainValue]:
+    """Return the values in ``PARAMETER VALUE`` or in ``PARAMETER=VALUE ...``.
+
+    Raises BadInput, with ``before`` in front of the name at fault.
+    """
     if len(settings) == 2 and "=" not in settings[0]:
-        return {settings[0]: value_of(settings[1])}
-    values = dict(map(assignment, settings))
-    if len(values) != len(settings):
-        raise BadInput("a parameter is given twice: leave one out")
-    return values
+        return {settings[0]: value_of(settings[1], f"{before}{settings[0]}")}
+    return assignments(settings, before)

@@ -26,7 +26,7 @@ from regraft.cli.outcomes import BadInput
 from regraft.cli.running_system import joined
 from regraft.cli.terminal.options import JsonOption, chosen_system
 from regraft.cli.terminal.output import complain, say, show_json
-from regraft.cli.terminal.values import assignment
+from regraft.cli.terminal.values import assignments
 from regraft.component.component import Component, describe, parameter_set
 from regraft.lockstep.source import TimeSource
 from regraft.process.main import load_class, run_component
@@ -106,7 +106,7 @@ def name_of(cls: type[Component]) -> str:
 
 
 def _parameters(cls: type[Component], settings: list[str]) -> dict[str, PlainValue]:
-    given = with_absolute_paths(describe(cls), dict(map(assignment, settings)), Path.cwd())
+    given = with_absolute_paths(describe(cls), assignments(settings, "--set "), Path.cwd())
     parameter_set(cls, given)
     for name, problem in file_problems(describe(cls), given):
         raise BadInput(f"--set {name}={problem}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from regraft.bus_schema.annotations import PlainValue
@@ -15,23 +15,29 @@ from regraft.stack.yaml.nodes import Location, Node, NumberTooLarge, plain, scal
 LARGEST = 1024 * 1024
 
 
-def value_of(text: str) -> PlainValue:
-    """Return what a typed value means: a YAML scalar, or a list as ``[1, 2]``; raises BadInput."""
+def value_of(text: str, place: str) -> PlainValue:
+    """Return what a value typed at a ``place`` means: a YAML scalar, or a list as ``[1, 2]``; raises BadInput."""
     text = text.strip()
     if text[:1] in ("[", "{", "'", '"'):
-        return document(text, "value")
+        return document(text, place)
     try:
         return scalar(text)
     except NumberTooLarge as error:
-        raise BadInput(str(error)) from None
+        raise BadInput(f"{place}: {error}") from None
 
 
-def assignment(text: str) -> tuple[str, PlainValue]:
-    """Return name and value of ``name=value``; raises BadInput."""
-    name, equals, value = text.partition("=")
-    if not equals or not name.strip():
-        raise BadInput(f"{text!r} must look like name=value")
-    return name.strip(), value_of(value)
+def assignments(texts: Iterable[str], before: str) -> dict[str, PlainValue]:
+    """Return the values of ``name=value ...``; raises BadInput, with ``before`` in front of the name at fault."""
+    found: dict[str, PlainValue] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        name = name.strip()
+        if not equals or not name:
+            raise BadInput(f"{text!r} must look like name=value")
+        if name in found:
+            raise BadInput(f"{before}{name}: is given twice: leave one out")
+        found[name] = value_of(value, f"{before}{name}")
+    return found
 
 
 def document(text: str, shown: str) -> PlainValue:

@@ -6,7 +6,7 @@ from regraft.bus_schema import keys
 from regraft.bus_schema.encoding.codec import from_plain, to_plain
 from regraft.bus_schema.errors import BadKey, BadMessage
 from regraft.bus_schema.model.architecture import HostRules
-from regraft.bus_schema.model.description import check_amounts
+from regraft.bus_schema.model.description import check_amounts, check_devices
 from regraft.stack.sections.limits import read_memory
 from regraft.stack.yaml.nodes import plain
 from regraft.stack.yaml.section import Section
@@ -54,7 +54,7 @@ def _rules(section: Section, name: str) -> HostRules:
         usual.lost_after if lost_after is None else lost_after,
         section.number("cpu"),
         read_memory(section, "memory"),
-        section.distinct("devices"),
+        _devices(section),
         _amounts(section.section("amounts")),
     )
     if name == FIRST:
@@ -66,6 +66,15 @@ def _rules(section: Section, name: str) -> HostRules:
     except BadMessage as error:
         section.wrong(".".join(error.where), error.why)
         return usual
+
+
+def _devices(section: Section) -> tuple[str, ...]:
+    found = section.distinct("devices")
+    try:
+        check_devices(found)
+    except BadMessage as error:
+        section.wrong(".".join(error.where), error.why)
+    return found
 
 
 def _amounts(section: Section) -> dict[str, float]:

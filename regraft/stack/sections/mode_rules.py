@@ -11,7 +11,7 @@ from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.mode_rules import LONGEST, ModeRule
 from regraft.bus_schema.model.modes.mode_circles import find_circle
 from regraft.bus_schema.model.modes.mode_conditions import condition_problems
-from regraft.bus_schema.model.modes.mode_deciders import deciders
+from regraft.bus_schema.model.modes.mode_deciders import deciders, fed_as_needed
 from regraft.bus_schema.model.modes.mode_parts import part_of
 from regraft.bus_schema.suggestions import instead_of, no_such
 from regraft.stack.yaml.nodes import Node
@@ -35,7 +35,13 @@ def with_rules(root: Section, architecture: Architecture, *, modes_known: bool =
         root.wrong("rules", f"nobody enforces them: add a component of the class {PLANNER}")
     if described and modes_known and len(root.report.problems) == before:
         _check_conditions(root, found)
-    return found
+    table = root.section("components")
+    fed = {
+        name: fed_as_needed(spec, table.section(name).optional_text_map("connect"), found)
+        for name, spec in found.components.items()
+        if name in deciders((spec,))
+    }
+    return replace(found, components={**found.components, **fed})
 
 
 def _rule(section: Section, name: str, modes: Collection[str] | None) -> ModeRule | None:

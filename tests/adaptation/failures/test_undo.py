@@ -83,6 +83,21 @@ def test_undo_is_rejected_when_a_later_adaptation_decided_otherwise(system: Syst
     assert system.view("listener").parameters["label"] == "plain"
 
 
+def test_a_second_undo_is_refused_by_the_first_one_and_what_leads_back(system: System) -> None:
+    done = system.adapt(SetParameters("listener", {"gain": 0.9, "label": "fancy"}))
+    undo = system.undo(done.id)
+    again = system.undo(done.id)
+    (violation,) = again.violations
+    assert (again.outcome, violation.field) == (Outcome.REJECTED, "undoes")
+    assert f"is undone already, by adaptation {undo.id}; undo {undo.id} to have it again" in violation.problem
+    redone = system.undo(undo.id)
+    assert redone.outcome is Outcome.APPLIED
+    later = system.adapt(SetParameters("listener", {"gain": 0.8}))
+    (violation,) = system.undo(done.id).violations
+    assert f"adaptation {later.id}" in violation.problem
+    assert violation.field == "parameters.gain"
+
+
 def test_only_an_applied_adaptation_can_be_undone(system: System) -> None:
     rejected = system.adapt(SetParameters("listener", {"gain": 7.0}))
     undone = system.undo(rejected.id)

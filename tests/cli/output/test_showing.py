@@ -19,8 +19,16 @@ from regraft.bus_schema.messages.mission import MissionNode, MissionState, Missi
 from regraft.bus_schema.messages.power import BatteryState
 from regraft.bus_schema.messages.protocol.clock import CauseCode, ClockTime, RunCause
 from regraft.bus_schema.messages.quality import Quality
-from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, Violation
-from regraft.cli.adaptation.managing import headline, violation_line
+from regraft.bus_schema.model.adaptation import (
+    AdaptationReport,
+    AdaptationRequest,
+    Outcome,
+    Unreached,
+    UnreachedCode,
+    Violation,
+)
+from regraft.cli.adaptation.managing import headline, show_report
+from regraft.cli.adaptation.mistakes import violation_line
 from regraft.cli.bus.rates import Rates
 from regraft.cli.extensions import add_extensions
 from regraft.cli.main import build
@@ -166,6 +174,16 @@ def test_a_report_is_headed_by_its_outcome_and_says_every_violation() -> None:
     violation = Violation(1, "navigator", "parameters.max_velocity", "9: must be at most 0.26 m/s")
     assert violation_line(violation) == "change 1: navigator.parameters.max_velocity: 9: must be at most 0.26 m/s"
     assert violation_line(Violation(None, "", "", "the journal is full")) == "the journal is full"
+
+
+def test_a_report_names_each_component_that_was_not_reached_and_why(capsys: pytest.CaptureFixture[str]) -> None:
+    lost = Unreached("battery", UnreachedCode.HOST_LOST, "edge", "its host 'edge' is lost")
+    report = AdaptationReport("7", Outcome.APPLIED, AdaptationRequest(()), 3, 4, 0.0, 0.012, unreached=(lost,))
+    show_report(report, as_json=False)
+    assert capsys.readouterr().out.splitlines()[1:] == ["  not reached: battery: its host 'edge' is lost"]
+    show_report(report, as_json=True)
+    (shown,) = json.loads(capsys.readouterr().out)["unreached"]
+    assert (shown["component"], shown["code"], shown["host"]) == ("battery", "host_lost", "edge")
 
 
 def test_a_tree_is_indented_by_depth() -> None:

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from regraft.cli.bus.param import values_of
 from regraft.cli.outcomes import BadInput
-from regraft.cli.terminal.values import assignment, document, read_document, value_of
+from regraft.cli.terminal.values import assignments, document, read_document, value_of
 
 
 @pytest.mark.parametrize(
@@ -32,23 +32,23 @@ from regraft.cli.terminal.values import assignment, document, read_document, val
     ],
 )
 def test_a_value_is_read_as_in_a_stack_file(text: str, value: object) -> None:
-    assert value_of(text) == value
+    assert value_of(text, "value") == value
 
 
 @pytest.mark.parametrize("text", ["[1", "'open", "{a: [}"])
 def test_a_value_that_is_no_yaml_is_bad_input(text: str) -> None:
     with pytest.raises(BadInput, match="not YAML"):
-        value_of(text)
+        value_of(text, "value")
 
 
 def test_an_assignment_is_split_at_the_first_equals_sign() -> None:
-    assert assignment("name=a=b") == ("name", "a=b")
+    assert assignments(["name=a=b"], "") == {"name": "a=b"}
 
 
 @pytest.mark.parametrize("text", ["name", "=3", ""])
 def test_an_assignment_without_name_or_value_is_bad_input(text: str) -> None:
     with pytest.raises(BadInput, match="name=value"):
-        assignment(text)
+        assignments([text], "")
 
 
 def test_one_parameter_may_be_given_as_ros_users_give_it() -> None:
@@ -62,6 +62,12 @@ def test_several_parameters_may_be_given_at_once() -> None:
 def test_a_parameter_given_twice_is_bad_input() -> None:
     with pytest.raises(BadInput, match="twice"):
         values_of(["a=1", "a=2"])
+
+
+@pytest.mark.parametrize("typed", [["speed", "1e400"], ["speed=1e400"], ["speed=[1e400]"]])
+def test_an_infinite_number_is_refused_by_its_component_and_parameter(typed: list[str]) -> None:
+    with pytest.raises(BadInput, match=r"^wheels\.speed(:1)?: .*1e400 is too large for a number"):
+        values_of(typed, "wheels.")
 
 
 numbers = st.integers(-(2**53), 2**53) | st.floats(allow_nan=False, allow_infinity=False)
@@ -92,7 +98,7 @@ def same(one: Any, other: Any) -> bool:
 @given(st.text(max_size=60))
 def test_whatever_is_typed_is_read_or_is_bad_input(text: str) -> None:
     with suppress(BadInput):
-        value_of(text)
+        value_of(text, "value")
 
 
 def test_a_file_that_cannot_be_read_is_bad_input(tmp_path: Path) -> None:

@@ -5,7 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from regraft.bus_schema.model.adaptation import SetParameters
+from regraft.bus_schema.model.modes.mode_deciders import fed_as_needed
+from regraft.bus_schema.model.system_topics import MEASUREMENTS
+from regraft.stack import load
 from tests.modes.in_memory import STACK, Director, entered, perform, running
 
 RULED = (
@@ -109,3 +114,40 @@ def test_nonsense_is_unknown_holds_nothing_and_the_planner_says_so(tmp_path: Pat
         assert holds is None, (kind, holds, why)
         assert why.startswith("laser.clearness is not known: "), (kind, why)
         assert NONSENSE[kind] in why, (kind, why)
+
+
+BY_STATES = RULED.replace("laser.clearness < 0.3", "laser.failed").replace("laser.clearness > 0.5", "not laser.failed")
+
+
+@pytest.mark.parametrize(
+    ("text", "topic"),
+    [
+        (RULED, MEASUREMENTS),
+        (BY_STATES, None),
+        (STACK, None),
+        (
+            BY_STATES.replace(":ModePlanner'", ":ModePlanner', connect: {measurements: system/measurements}"),
+            MEASUREMENTS,
+        ),
+    ],
+    ids=["a rule names a quality", "rules name states", "no rules", "the stack asks for them"],
+)
+def test_measurements_are_asked_for_only_if_something_reads_them(tmp_path: Path, text: str, topic: str | None) -> None:
+    (tmp_path / "stack.yaml").write_text(text)
+    architecture = load(tmp_path / "stack.yaml").architecture
+    assert architecture.components["mode_planner"].connections["measurements"] == topic
+    read = {topic for spec in architecture.components.values() for topic in spec.connections.values()}
+    assert (MEASUREMENTS in read) == (topic is not None)
+
+
+def test_a_planner_that_is_added_asks_for_measurements_only_if_a_rule_names_a_quality(tmp_path: Path) -> None:
+    (tmp_path / "stack.yaml").write_text(STACK)
+    without = load(tmp_path / "stack.yaml").architecture
+    (tmp_path / "stack.yaml").write_text(RULED)
+    ruled = load(tmp_path / "stack.yaml").architecture
+    planner = ruled.components["mode_planner"]
+    assert fed_as_needed(planner, (), ruled) == planner
+    assert fed_as_needed(planner, (), without).connections["measurements"] is None
+    assert fed_as_needed(planner, ("measurements",), without) == planner
+    laser = ruled.components["laser"]
+    assert fed_as_needed(laser, (), without) == laser

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from regraft import Component, Output, Parameter
-from regraft.bus_schema.errors import BadKey
+from regraft import Component, Output, Parameter, Resources
+from regraft.bus_schema.errors import BadKey, BadType
 from regraft.bus_schema.messages.sensors import Odometry
 from regraft.component.component import describe
 from tests.stack.reading.files import line_of, problems
@@ -71,6 +71,12 @@ def test_a_class_has_no_longer_names_either() -> None:
     for attribute, kind in ((Parameter(1.0), "parameter"), (Output(Odometry), "port")):
         with pytest.raises(BadKey, match=f"cannot name a {kind}: must be 1 to 128 characters"):
             describe(type("Odd", (Component,), {LONGER: attribute}))
+
+
+def test_the_resources_of_a_class_have_no_blanks_in_their_names() -> None:
+    for needs, place in ((Resources(devices=("arm", "a b")), "devices.1"), (Resources(amounts={"": 1.0}), "amounts.")):
+        with pytest.raises(BadType, match=rf"resources\.{place}.* cannot name an? (device|amount)"):
+            describe(type("Odd", (Component,), {"resources": needs}))
 
 
 @pytest.mark.parametrize(

@@ -60,4 +60,4 @@ def test_a_typed_number_has_the_same_bounds(tmp_path: Path, number: str) -> None
         apply_overrides(good(tmp_path), [f"world.tick_rate={number}"])
     for typed in (number, f"[{number}]"):
         with pytest.raises(BadInput, match="is too large for a number"):
-            value_of(typed)
+            value_of(typed, "value")

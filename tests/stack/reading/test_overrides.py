@@ -57,7 +57,7 @@ def test_overriding_path_is_looked_for_in_the_current_folder(tmp_path: Path, mon
             "components.world.parameters.tick_rat: there is no such parameter; did you mean",
         ),
         ("world.tick_rate=0", "components.world.parameters.tick_rate: 0: must be at least 1.0 Hz"),
-        ("world.tick_rate=", "components.world.parameters.tick_rate: None: must be a number"),
+        ("world.tick_rate=", "components.world.parameters.tick_rate: null: must be a number"),
         ("rescuer.navigator.gains=[1", "is not YAML"),
     ],
 )

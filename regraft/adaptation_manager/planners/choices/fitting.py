@@ -11,7 +11,7 @@ from regraft.adaptation_manager.planners.choices.settings import Kind, Setting
 from regraft.adaptation_manager.planners.choices.slots import Slot
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
-from regraft.bus_schema.model.lifecycle import PRIMARY
+from regraft.bus_schema.model.lifecycle import LASTING
 from regraft.bus_schema.model.parameter_values import parameter_problem
 from regraft.bus_schema.model.system_topics import SYSTEM_TOPICS
 from regraft.bus_schema.model.wiring import connection_problem
@@ -81,7 +81,7 @@ def _problem(setting: Setting, architecture: Architecture, changing: set[str]) -
             return _port_problem(setting, spec, architecture, may_change=setting.component in changing)
         case Kind.HOST if setting.value not in architecture.hosts:
             return "value", no_such("host", str(setting.value), architecture.hosts)
-        case Kind.STATE if goal_of(setting) not in PRIMARY[:3]:
+        case Kind.STATE if goal_of(setting) not in LASTING:
             return "value", f"{setting.value!r} is no state to stay in: must be unconfigured, inactive or active"
     return None
 

@@ -8,8 +8,9 @@ from typing import Annotated, Final
 
 from regraft.bus_schema.annotations import Bounds
 from regraft.bus_schema.encoding.registry import message
+from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.architecture import Architecture, HostRules
-from regraft.bus_schema.model.description import Amounts
+from regraft.bus_schema.model.description import Amounts, check_amounts, check_devices
 from regraft.bus_schema.model.hosts.capability import Load, devices, measured_in, needs, offered
 
 
@@ -54,7 +55,13 @@ def with_offers(architecture: Architecture, offers: Mapping[str, HostOffer]) -> 
 
 
 def offer_problems(architecture: Architecture, host: str, offer: HostOffer) -> Iterator[str]:
-    """Yield why a host cannot join with an offer: the stack has named it already, or its components need more."""
+    """Yield why a host cannot join with an offer: it is none, the stack has it already, or components need more."""
+    try:
+        check_amounts(offer.amounts)
+        check_devices(offer.devices)
+    except BadMessage as error:
+        yield f"offer.{error}"
+        return
     rules = architecture.rules(host)
     there = {name: value for name, value in offered(rules).items() if value is not None}
     for name, value in {"cpu": offer.cpu, "memory": offer.memory, **offer.amounts}.items():

@@ -11,7 +11,7 @@ from regraft.adaptation_manager.planners.choices.settings import Kind, Setting, 
 from regraft.adaptation_manager.planners.choices.slots import Alternative, Figure, Slot, varied
 from regraft.adaptation_manager.planners.decisions.fields import items
 from regraft.bus_schema.errors import BadMessage
-from regraft.bus_schema.model.lifecycle import PRIMARY, Transition
+from regraft.bus_schema.model.lifecycle import LASTING, Transition
 from regraft.stack.yaml.nodes import plain
 from regraft.stack.yaml.section import Section
 
@@ -33,7 +33,7 @@ SET: Final = {
     "host": (Kind.HOST, ""),
     "present": (Kind.PRESENCE, ""),
 }
-STATES: Final = tuple(state.value for state in PRIMARY[:3])
+STATES: Final = tuple(state.value for state in LASTING)
 TRANSITIONS: Final = tuple(each.value for each in Transition if each is not Transition.SHUTDOWN)
 
 
