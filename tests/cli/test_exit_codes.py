@@ -160,7 +160,7 @@ def test_errors_of_the_kit_have_the_documented_exit_codes() -> None:
         ((), "stack.yaml:5: components.bt_executor.parameters.mission: '{folder}/patrl.xml': "),
         (
             ("--set", "bt_executor.mission={folder}/ptrol.xml"),
-            "override bt_executor.mission={folder}/ptrol.xml: components.bt_executor.parameters.mission: ",
+            "--set bt_executor.mission={folder}/ptrol.xml: components.bt_executor.parameters.mission: ",
         ),
     ],
 )

@@ -73,7 +73,7 @@ def test_each_value_is_shown_with_where_it_comes_from(regraft: Regraft, tmp_path
     options = ("--params", str(tmp_path / "params.yaml"), "--set", "left.navigator.max_velocity=0.05")
     shown = regraft("stack", "show", str(file), *options).output.replace(f"{tmp_path}/", "")
     found = {" ".join(line.split()) for line in shown.splitlines()}
-    assert "max_velocity: 0.05 # override left.navigator.max_velocity=0.05" in found
+    assert "max_velocity: 0.05 # --set left.navigator.max_velocity=0.05" in found
     assert "careful: true # params.yaml:1" in found
     assert "max_velocity: 0.1 # stack.yaml:6" in found  # the other robot's, by its parameter
     assert "scan: left/scan # tests.stack.parts:Navigator" in found

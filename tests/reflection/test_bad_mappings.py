@@ -177,7 +177,7 @@ def test_a_bad_override_is_told_as_such(tmp_path: Path) -> None:
         (found,) = refused.value.problems
         assert isinstance(found, Problem)
         assert (found.field, found.line) == (field, None)
-        assert found.file.startswith("override system_reflection.mapping=[")
+        assert found.file.startswith("--set system_reflection.mapping=[")
 
 
 LINES = st.fixed_dictionaries(

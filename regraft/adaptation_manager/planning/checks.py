@@ -36,7 +36,7 @@ from regraft.bus_schema.model.adaptation import (
     Violation,
 )
 from regraft.bus_schema.model.architecture import Architecture
-from regraft.bus_schema.model.consistency import value_violations, violations
+from regraft.bus_schema.model.consistency import contradictions, value_violations, violations
 from regraft.bus_schema.model.modes.mode_parts import asked_after
 from regraft.bus_schema.model.watch_checks import watch_violations
 from regraft.bus_schema.suggestions import instead_of
@@ -74,7 +74,7 @@ async def _check_changes(
     manager: str,
     read: Read,
 ) -> tuple[list[Violation], Plan]:
-    found = _contradictions(request.changes)
+    found = contradictions(request.changes)
     described, unclear = await described_additions(request, architecture, hosts)
     started_as = {name: process.started_as for name, process in controls.processes.items()}
     draft = Draft(
@@ -134,27 +134,6 @@ def _hosts_named(request: AdaptationRequest) -> list[str]:
     """Return the hosts that changes name: one may have joined that nobody has heard of yet."""
     added = [change.spec.host for change in request.changes if isinstance(change, Add)]
     return added + [change.host for change in request.changes if isinstance(change, Move)]
-
-
-def _contradictions(changes: Sequence[Change]) -> list[Violation]:
-    """Return what one request wants to be two things at once."""
-    wanted: dict[tuple[str, str], object] = {}
-    found = []
-    for index, change in enumerate(changes):
-        values: dict[str, object] = {}
-        if isinstance(change, SetParameters):
-            values = {f"parameters.{name}": value for name, value in change.parameters.items()}
-        elif isinstance(change, Connect):
-            values = {f"connect.{change.port}": change.topic}
-        elif isinstance(change, Swap):
-            values = {f"parameters.{name}": value for name, value in change.parameters.items()}
-            values |= {f"connect.{port}": topic for port, topic in change.connections.items()}
-        for where, value in values.items():
-            first = wanted.setdefault((change.component, where), value)
-            if first != value:
-                problem = f"is to be {value!r} here, but {first!r} earlier in the same request"
-                found.append(Violation(index, change.component, where, problem))
-    return found
 
 
 def _of_result(request: AdaptationRequest, before: Architecture, after: Architecture) -> list[Violation]:

@@ -6,12 +6,12 @@ The stack loader and the adaptation manager ask the same function. So an adaptat
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 
 from regraft.bus_schema import keys
 from regraft.bus_schema.encoding.registry import TYPE_NAME
 from regraft.bus_schema.errors import BadKey
-from regraft.bus_schema.model.adaptation import Violation
+from regraft.bus_schema.model.adaptation import Change, Connect, SetParameters, Swap, Violation
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.constraints import constraint_violations
 from regraft.bus_schema.model.hosts.capability import capability_violations
@@ -170,3 +170,24 @@ def _name_problem(check: Callable[[str], str], name: str) -> str | None:
     except BadKey as error:
         return str(error)
     return None
+
+
+def contradictions(changes: Sequence[Change]) -> list[Violation]:
+    """Return the fields that changes made at once would have be two things."""
+    wanted: dict[tuple[str, str], object] = {}
+    found = []
+    for index, change in enumerate(changes):
+        values: dict[str, object] = {}
+        if isinstance(change, SetParameters):
+            values = {f"parameters.{name}": value for name, value in change.parameters.items()}
+        elif isinstance(change, Connect):
+            values = {f"connect.{change.port}": change.topic}
+        elif isinstance(change, Swap):
+            values = {f"parameters.{name}": value for name, value in change.parameters.items()}
+            values |= {f"connect.{port}": topic for port, topic in change.connections.items()}
+        for where, value in values.items():
+            first = wanted.setdefault((change.component, where), value)
+            if first != value:
+                problem = f"is to be {value!r} here, but {first!r} earlier among the same changes"
+                found.append(Violation(index, change.component, where, problem))
+    return found

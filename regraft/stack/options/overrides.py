@@ -100,7 +100,7 @@ def with_system(stack: Stack, system: str) -> Stack:
 
 
 def _shown(text: str) -> str:
-    return f"override {text[:200]}"
+    return f"--set {text[:200]}"
 
 
 def _read(stack: Stack, text: str) -> Setting:

@@ -11,6 +11,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.adaptation import AdaptationRequest, Add, Change, EnterMode, SetParameters
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.bus_schema.model.consistency import contradictions
 from regraft.bus_schema.suggestions import no_such
 from regraft.stack.relative_paths import with_absolute_paths
 from regraft.stack.sections.mode_changes import change_problems, parameter_problems, targets_of
@@ -40,6 +41,9 @@ def with_modes(root: Section, architecture: Architecture, refused: Collection[st
         for place, meant, _ in changes:
             for field, problem in change_problems(meant, targets):
                 section.wrong(f"{place}.{field}", problem)
+    for changes in read.values():
+        for twice in contradictions([meant for _, meant, _ in changes]):
+            section.wrong(f"{changes[twice.change or 0][0]}.{twice.field}", twice.problem)
     found = {name: {place: whole for place, _, whole in changes} for name, changes in read.items()}
     _check_entered(section, found)
     known = given is None or given.value is None or isinstance(given.value, dict)

@@ -159,3 +159,15 @@ def test_a_mode_that_is_wrong_is_told_alone(tmp_path: Path) -> None:
     assert found.field == "modes"
     (found,) = problems(tmp_path, f"{STACK}modes: none.yaml\n{RULES}")
     assert "no such file" in found.problem
+
+
+def test_what_a_mode_would_have_be_two_things_is_told_at_the_second(tmp_path: Path) -> None:
+    twice = """\
+modes:
+  slow:
+    - {change: set_parameters, component: rescuer.navigator, parameters: {max_velocity: 0.1}}
+    - {change: set_parameters, component: rescuer.navigator, parameters: {max_velocity: 0.2}}
+"""
+    (found,) = problems(tmp_path, GOOD + twice)
+    assert (found.field, found.line) == ("modes.slow.1.parameters.max_velocity", line_of(GOOD + twice, "0.2}"))
+    assert found.problem == "is to be 0.2 here, but 0.1 earlier among the same changes"

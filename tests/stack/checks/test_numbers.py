@@ -56,7 +56,7 @@ def test_digits_in_quotes_are_a_text(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("number", LARGE, ids=lambda number: f"{number[:6]}-{len(number)}")
 def test_a_typed_number_has_the_same_bounds(tmp_path: Path, number: str) -> None:
-    with pytest.raises(StackError, match=r"override world\.tick_rate=.*is too large for a number"):
+    with pytest.raises(StackError, match=r"--set world\.tick_rate=.*is too large for a number"):
         apply_overrides(good(tmp_path), [f"world.tick_rate={number}"])
     for typed in (number, f"[{number}]"):
         with pytest.raises(BadInput, match="is too large for a number"):

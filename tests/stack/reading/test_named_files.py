@@ -75,7 +75,7 @@ def test_a_name_that_no_file_can_have_is_refused(mesh: str, tmp_path: Path) -> N
 def test_an_override_that_names_a_missing_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(StackError) as refused:
         apply_overrides(good(tmp_path), [f"world.mesh={tmp_path}/cube.stl"])
-    assert str(refused.value).startswith(f"override world.mesh={tmp_path}/cube.stl: components.world.parameters.mesh: ")
+    assert str(refused.value).startswith(f"--set world.mesh={tmp_path}/cube.stl: components.world.parameters.mesh: ")
 
 
 def test_a_mode_finds_its_files_from_the_stacks_folder(with_cube: Path) -> None:

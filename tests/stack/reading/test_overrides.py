@@ -63,7 +63,7 @@ def test_overriding_path_is_looked_for_in_the_current_folder(tmp_path: Path, mon
 )
 def test_bad_override_is_refused_by_name(tmp_path: Path, override: str, problem: str) -> None:
     (text,) = refused(lambda: apply_overrides(good(tmp_path), [override]))
-    assert text.startswith(f"override {override}:")
+    assert text.startswith(f"--set {override}:")
     assert problem in text
 
 
@@ -79,7 +79,7 @@ def test_override_against_a_constraint_is_refused(tmp_path: Path) -> None:
         "constraints:\n  - {parameter: r.depth, at_least: 2, because: shallow is useless}\n"
     )
     (problem,) = refused(lambda: apply_overrides(load(write(tmp_path, text)), ["r.depth=1"]))
-    assert problem.startswith("override r.depth=1: components.r.parameters.depth: 1: a constraint says")
+    assert problem.startswith("--set r.depth=1: components.r.parameters.depth: 1: a constraint says")
     assert problem.endswith("must be at least 2.0, because shallow is useless")
 
 

@@ -31,7 +31,7 @@ def test_a_later_file_goes_over_an_earlier_one_and_an_override_over_both(tmp_pat
             "world.parameters.tick_rate",
         )
     }
-    assert list(places.values()) == [f"{one}:1", f"{two}:2", "override world.tick_rate=30"]
+    assert list(places.values()) == [f"{one}:1", f"{two}:2", "--set world.tick_rate=30"]
 
 
 def test_a_relative_path_is_looked_for_beside_the_file(tmp_path: Path) -> None:
