@@ -210,7 +210,8 @@ class Architecture:
 
     def with_hosts(self, names: Iterable[str]) -> Architecture:
         """Return the architecture with further hosts; the revision stays."""
-        return replace(self, hosts=tuple(dict.fromkeys((*self.hosts, *names))))
+        hosts = tuple(dict.fromkeys((*self.hosts, *names)))
+        return self if hosts == self.hosts else replace(self, hosts=hosts)
 
     def with_component(self, spec: ComponentSpec) -> Architecture:
         """Return the architecture with one component replaced or added; the revision stays."""
