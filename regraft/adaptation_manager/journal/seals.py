@@ -13,7 +13,7 @@ def seal(*fields: Field) -> bytes:
     """Return a checksum over a row's fields, in their order; it does not protect against a program that computes one,
     too.
     """
-    parts = []
+    parts: list[bytes] = []
     for field in fields:
         raw = field if isinstance(field, bytes) else repr(field).encode()
         parts += (f"{type(field).__name__} {len(raw)} ".encode(), raw)

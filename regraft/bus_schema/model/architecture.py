@@ -223,6 +223,9 @@ class Architecture:
 
     def with_topics(self, added: Iterable[TopicSpec], removed: Collection[str] = ()) -> Architecture:
         """Return the architecture with topics added or replaced, and others removed; the revision stays."""
+        added = tuple(added)
+        if not added and not removed:
+            return self
         topics = {name: topic for name, topic in self.topics.items() if name not in removed}
         return replace(self, topics=topics | {topic.name: topic for topic in added})
 
