@@ -312,7 +312,7 @@ class PlainShape:
     def pack(self, value: Any, depth: int = 0) -> Any:
         """Return a copy, checked down to its leaves."""
         kind = type(value)
-        # What is mostly there comes first, and needs no further call: bodies of requests and replies come this way.
+        # Bodies of requests and replies come this way: what they mostly hold comes first, and needs no further call.
         if kind is str and value.isascii() and len(value) <= PLAIN_TEXT.longest:
             return value
         if value is None or kind is bool or kind is bytes or (kind is float and not math.isnan(value)):
