@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 import time
-from pathlib import Path
 
-LOAD = Path("/proc/loadavg")
+LOAD = "/proc/loadavg"
 MAX_CROWDING = 20.0
 """Crowding beyond this is not made up for: every wait stays bounded."""
 LOOK_INTERVAL = 0.05
@@ -15,15 +14,38 @@ LOOK_INTERVAL = 0.05
 def crowding() -> float:
     """Return how many threads want to run for each processor of this process now, at least 1; 1 if unknown."""
     try:
-        runnable = int(LOAD.read_text().split()[3].partition("/")[0])
+        with open(LOAD, "rb", buffering=0) as file:
+            runnable = int(file.read(64).split()[3].partition(b"/")[0])
     except (OSError, IndexError, ValueError):
         return 1.0
     return min(MAX_CROWDING, max(1.0, runnable / len(os.sched_getaffinity(0))))
 
 
+class _Recent:
+    """The crowding of the last look. To look takes longer than to encode a query, and several are often sent at once.
+
+    Threads may look at the same time: each leaves a pair that belongs together.
+    """
+
+    def __init__(self) -> None:
+        self._seen = (0.0, float("-inf"))
+
+    def crowding(self) -> float:
+        """Return the crowding at most `LOOK_INTERVAL` ago."""
+        crowded, looked = self._seen
+        now = time.monotonic()
+        if now - looked >= LOOK_INTERVAL:
+            crowded = crowding()
+            self._seen = crowded, now
+        return crowded
+
+
+_recent = _Recent()
+
+
 def stretched(seconds: float) -> float:
-    """Return how long to wait, where the wait cannot look in between: ``seconds``, longer as crowded as it is now."""
-    return seconds * crowding()
+    """Return how long to wait, where the wait cannot look in between: ``seconds``, longer as crowded as it is."""
+    return seconds * _recent.crowding()
 
 
 class Patience:

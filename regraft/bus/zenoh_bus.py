@@ -24,6 +24,11 @@ SOURCE_PLACE = re.compile(r"\s+at /\S+\.rs:\d+\.?")
 
 Direct = zenoh.handlers.Callback
 
+_AT_ONCE: dict[str, Any] = {"consolidation": zenoh.ConsolidationMode.NONE}
+"""An answer is passed on when it comes, not only when it is sure that no more come."""
+FIRST_ANSWER: dict[str, Any] = {"target": zenoh.QueryTarget.BEST_MATCHING, **_AT_ONCE}
+ALL_ANSWERS: dict[str, Any] = {"target": zenoh.QueryTarget.ALL, **_AT_ONCE}
+
 
 def open_bus(endpoints: Endpoints, *, lockstep: bool = False) -> ZenohBus:
     """Open the process's session; raises BusError if the endpoints cannot be reached or listened on."""
@@ -152,8 +157,9 @@ class ZenohBus:
     def query(self, key: str, payload: bytes, timeout: float, *, all_of_them: bool = False) -> list[Answer]:
         """Ask and wait; the first answer ends the wait unless all are wanted."""
         answers = []
+        wanted = ALL_ANSWERS if all_of_them else FIRST_ANSWER
         try:
-            for reply in self._session.now.get(key, payload=payload, timeout=timeout, **_target(all_of_them)):
+            for reply in self._session.now.get(key, payload=payload, timeout=timeout, **wanted):
                 answer = _answer(reply)
                 if answer is None:
                     continue
@@ -183,7 +189,7 @@ class ZenohBus:
         try:
             # An indirect callback would start a Python thread for every query.
             self._session.now.get(
-                key, Direct(take, drop=dropped, indirect=False), payload=payload, timeout=timeout, **_target(False)
+                key, Direct(take, drop=dropped, indirect=False), payload=payload, timeout=timeout, **FIRST_ANSWER
             )
         except zenoh.ZError as error:
             self._not_asked(key, error)
@@ -244,12 +250,6 @@ def _is_whole(payload: zenoh.ZBytes) -> bool:
     """
     shared = payload.as_shm()
     return shared is None or shared.is_valid()
-
-
-def _target(all_of_them: bool) -> dict[str, Any]:
-    """Return how a query is to be answered: at once, not only when it is sure that no more answers come."""
-    target = zenoh.QueryTarget.ALL if all_of_them else zenoh.QueryTarget.BEST_MATCHING
-    return {"target": target, "consolidation": zenoh.ConsolidationMode.NONE}
 
 
 def _answer(reply: zenoh.Reply) -> Answer | None:

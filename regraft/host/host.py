@@ -16,7 +16,7 @@ from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.health import ComponentStatus
 from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.host.fault_injector import FaultInjector
-from regraft.host.host_api import HostApi
+from regraft.host.host_api import KEEP, VIEW, HostApi
 from regraft.host.host_publisher import HostPublisher
 from regraft.host.plan import HostPlan
 from regraft.host.supervisor import Supervisor
@@ -41,6 +41,7 @@ class Host(Supervisor):
     def __init__(self, plan: HostPlan, bus: Bus, zygote: Zygote) -> None:
         self._bus = bus
         self._keys = Keys(plan.architecture.system)
+        self._view_key = self._keys.host(plan.name, VIEW)
         super().__init__(plan, zygote, HostPublisher(bus, self._keys, plan.name, RealClock()))
         self.inbox = Inbox()
         self._log = logging.getLogger("host")
@@ -58,13 +59,14 @@ class Host(Supervisor):
         """Appear on the bus and start everything: the time source first, since the others connect to it."""
         keys, name = self._keys, self.plan.name
         self._declared = [
-            # The host looks often enough by itself: heartbeats, checkpoints and qualities need not wake it.
+            # The host looks often enough by itself: heartbeats, checkpoints, qualities and the journal's end need not
+            # wake it. At an adaptation's end it would take the processor from the client that is being answered.
             *(
                 self._bus.subscribe(key, self.inbox.put_lazy)
                 for key in (keys.status("*"), keys.standby("*"), keys.checkpoint("*"), keys.qualities("*"))
             ),
             *(
-                self._bus.serve(keys.host(name, verb), self.inbox.put)
+                self._bus.serve(keys.host(name, verb), self.inbox.put_lazy if verb == KEEP else self.inbox.put)
                 for verb in (*self.questions.verbs, *self.questions.later)
             ),
             self._bus.announce(keys.host(name, "alive")),
@@ -81,8 +83,7 @@ class Host(Supervisor):
         """Do what is due, then handle what arrives within ``timeout`` seconds."""
         self.start_due()
         # Heartbeats first: nobody is silent whose heartbeat is here.
-        for item in self.inbox.take_lazy():
-            self._take(item)
+        self._take_lazy()
         self._look()
         item = self.inbox.get(min(timeout, self._until_due()))
         until = time.monotonic() + LOOK_INTERVAL
@@ -112,6 +113,10 @@ class Host(Supervisor):
         starts = [w.start_at - now for w in self.all_processes() if w.start_at is not None] if self.room() else []
         return max(0.0, min([LOOK_INTERVAL, *starts]))
 
+    def _take_lazy(self) -> None:
+        for item in self.inbox.take_lazy():
+            self._take(item)
+
     def _take(self, item: Any, *, shed: bool = False) -> None:
         """Take what has arrived; ``shed`` drops samples: heartbeats and checkpoints come again."""
         if isinstance(item, dict):
@@ -125,6 +130,8 @@ class Host(Supervisor):
             return
         query = self._bus.open_query(item)
         if query is not None:
+            if query.key == self._view_key:
+                self._take_lazy()  # the journal's end may be among it
             self.questions.answer(query)
         elif callable(item):
             item()

@@ -30,6 +30,8 @@ from regraft.host.zygote.describer import DESCRIBE, ESTIMATE, Describer
 from regraft.process.logs import tail
 from regraft.runtime.core.terms import Fenced, in_force
 
+VIEW, KEEP = "view", "journal"
+"""The verbs that ask for all that the host was given, and that give it the journal's end."""
 MAX_INCARNATION = 2**32 - 1
 """The most that an envelope has room for."""
 
@@ -48,10 +50,10 @@ class HostApi:
         self._log = logging.getLogger("host")
         self._usage = Usage()
         self.verbs: dict[str, Callable[[bytes], object]] = {
-            "view": self._view,
+            VIEW: self._view,
             "runs": lambda _: self._supervisor.status(),
             "specs": self._update,
-            "journal": self._keep_end,
+            KEEP: self._keep_end,
             "start": self.start,
             "stop": self._stop_asked,
             "logs": self._logs,

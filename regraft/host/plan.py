@@ -63,8 +63,8 @@ class HostPlan:
 
     def updated(self, update: UpdateSpecs) -> HostPlan:
         """Return the plan with an update's architecture; its revision stays the start's."""
-        updated = update.applied_to(self.architecture)
-        return replace(self, architecture=replace(updated, revision=self.architecture.revision))
+        updated = replace(update, revision=self.architecture.revision).applied_to(self.architecture)
+        return replace(self, architecture=updated)
 
     def as_joined(self, joined: JoinedSystem) -> HostPlan:
         """Return the plan with the first host's values; what concerns this machine stays."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 from regraft.bus.interface import Bus, Presence, Sample
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import SchemaError
-from regraft.bus_schema.messages.protocol.host import LEAVE_OUT, HostStatus
+from regraft.bus_schema.messages.protocol.host import LEAVE_OUT, HostStatus, OtherHost
 from regraft.bus_schema.messages.protocol.joining import (
     HostProof,
     JoinedSystem,
@@ -63,9 +63,9 @@ class PrimaryHost(Host):
             self.pump(LOOK_INTERVAL)
         self._system.close()
 
-    def status(self) -> HostStatus:
-        """Return the host's status, and how it sees the others."""
-        return replace(super().status(), others=self.others.status())
+    def others_status(self) -> tuple[OtherHost, ...]:
+        """Return how the host sees the others."""
+        return self.others.status()
 
     def _look(self) -> None:
         super()._look()

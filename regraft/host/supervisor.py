@@ -6,11 +6,17 @@ import os
 import signal
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from regraft.bus_schema.messages.protocol.host import HostStatus, JournalEnd, ProcessState, ProcessStatus, UpdateSpecs
+from regraft.bus_schema.messages.protocol.host import (
+    HostStatus,
+    JournalEnd,
+    OtherHost,
+    ProcessState,
+    ProcessStatus,
+    UpdateSpecs,
+)
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.scheduled_faults import ScheduledFault
 from regraft.host.host_publisher import HostPublisher
@@ -286,7 +292,19 @@ class Supervisor:
         """Return the host's status."""
         processes = tuple(self._status_of(managed) for _, managed in sorted(self.processes.items()))
         standby_runs = tuple(self._status_of(managed) for _, managed in sorted(self.standby_runs.processes.items()))
-        return HostStatus(self.plan.name, self._clock.now() / 1e9, os.getpid(), processes, standby_runs, term=self.term)
+        return HostStatus(
+            self.plan.name,
+            self._clock.now() / 1e9,
+            os.getpid(),
+            processes,
+            standby_runs,
+            self.others_status(),
+            self.term,
+        )
+
+    def others_status(self) -> tuple[OtherHost, ...]:
+        """Return how the host sees others: only the first one does."""
+        return ()
 
     def _status_of(self, managed: ManagedProcess) -> ProcessStatus:
-        return replace(managed.status(), max_incarnation=self.standby_runs.max_incarnation(managed.spec.name))
+        return managed.status(self.standby_runs.max_incarnation(managed.spec.name))

@@ -57,8 +57,7 @@ class AdaptationRun:
 
     async def begin(self) -> AdaptationReport:
         """Carry it out; returns how it ended, or that it is to be confirmed. Raises JournalError before it begins."""
-        revision = self.plan.after.revision
-        self.store.ready().begin(replace(self.report, revision_after=revision), self.plan)
+        self.store.ready().begin(self.report, self.plan)
         if not self.plan.only_gives_values or self.watch is not None:
             self.entry.phases.speak(self._tell_phase)
         return await self._after(await self.transaction.run())
@@ -69,7 +68,7 @@ class AdaptationRun:
         self.store.ready().progress(self.entry.number, states)
 
     def _commit(self, steps: list[StepReport]) -> None:
-        applied = replace(self._reported(self.context.outcome, steps), error=self.context.loss)
+        applied = self._reported(self.context.outcome, steps, self.context.loss)
         self.store.applied(applied, self.plan)
         self.report = applied
 
@@ -78,7 +77,7 @@ class AdaptationRun:
         self.store.confirming(held, self.plan.after)
         self.report = self.entry.shown = held
 
-    def _reported(self, outcome: Outcome, steps: list[StepReport]) -> AdaptationReport:
+    def _reported(self, outcome: Outcome, steps: list[StepReport], error: str = "") -> AdaptationReport:
         return replace(
             self.report,
             outcome=outcome,
@@ -86,6 +85,7 @@ class AdaptationRun:
             steps=tuple(steps),
             duration=self.entry.lasted(),
             phases=tuple(self.entry.phases.ended),
+            error=error,
         )
 
     # --- the end, or the time until it is confirmed ---
@@ -103,10 +103,9 @@ class AdaptationRun:
             return self.report
         found = (Violation(None, "", "", self.transaction.error),) if outcome is Outcome.REJECTED else ()
         self.report = replace(
-            self._reported(outcome, self.transaction.steps),
+            self._reported(outcome, self.transaction.steps, self.transaction.error),
             revision_after=self.plan.before.revision,
             violations=found,
-            error=self.transaction.error,
         )
         self.all_ended = not self.context.unfinished
         self.store.ended(self.report)

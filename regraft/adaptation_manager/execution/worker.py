@@ -214,13 +214,14 @@ class Worker:
         entry.phases.leave()
         report = replace(
             self._pending(entry),
+            revision_after=plan.after.revision,
             steps=tuple(plan.reports()),
             phases=tuple(entry.phases.ended),
             unreached=plan.unreached,
         )
         if entry.request.dry_run:
             estimate = await estimated(plan, context, self._store.durations(), entry.request.context)
-            return replace(report, revision_after=plan.after.revision, architecture=plan.after, estimate=estimate)
+            return replace(report, architecture=plan.after, estimate=estimate)
         carrying = AdaptationRun(entry, report, plan, context, self._store, watch)
         await carrying.begin()
         return carrying

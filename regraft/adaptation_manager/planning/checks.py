@@ -57,7 +57,8 @@ async def check(
     entered = [change.mode for change in request.changes if isinstance(change, EnterMode)]
     changes, wrong = expanded(request.changes, architecture, read.states())
     found = [*_of_request(request, architecture), *wrong]
-    request = replace(request, changes=tuple(change for _, change in changes))
+    meant = tuple(change for _, change in changes)
+    request = request if meant == request.changes else replace(request, changes=meant)
     of_changes, plan = await _check_changes(request, architecture, controls, hosts, manager, read)
     found += [one if one.change is None else replace(one, change=changes[one.change][0]) for one in of_changes]
     found += watch_violations(request.watch, request.confirm, plan.after.components)

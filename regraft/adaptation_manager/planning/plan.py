@@ -26,14 +26,20 @@ class Plan:
 
     def as_revision(self, revision: int) -> Plan:
         """Return the plan with ``revision`` as that of the architecture after it."""
+        if revision == self.after.revision:
+            return self
         return replace(self, after=replace(self.after, revision=revision))
 
     def asking(self, modes: dict[str, str]) -> Plan:
         """Return the plan with ``modes`` as those that are asked for after it, by part."""
+        if modes == self.after.asked_modes:
+            return self
         return replace(self, after=replace(self.after, asked_modes=modes))
 
     def with_host_rules(self, rules: dict[str, HostRules]) -> Plan:
         """Return the plan with ``rules`` in both architectures."""
+        if rules is self.before.host_rules is self.after.host_rules:
+            return self
         before, after = (replace(each, host_rules=rules) for each in (self.before, self.after))
         return replace(self, before=before, after=after)
 

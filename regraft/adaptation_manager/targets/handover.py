@@ -17,6 +17,7 @@ from regraft.adaptation_manager.targets.processes import (
     begin_in_step,
     ended_as_it_started,
     go_on_in_step,
+    pauses,
 )
 from regraft.adaptation_manager.targets.rewiring import see_through
 from regraft.bus_schema.messages.protocol.control import ComponentView, ControlCode
@@ -51,15 +52,17 @@ async def run_successor(context: ExecutionContext, action: RunSuccessor) -> None
 async def _until_ready(context: ExecutionContext, spec: ComponentSpec, patience: Patience) -> ProcessStatus:
     """Wait for the token of the run next to a component."""
     look_at = time.monotonic() + LOOK_AT_HOST_TIMEOUT
+    tokens = context.controls.remembered
     while True:
+        known = tokens.news
         successor = _beside(context, spec.name)
         if successor is None or successor.state in (ProcessState.STOPPED, ProcessState.QUARANTINED):
             raise await ended_as_it_started(context, spec, successor.exit_reason if successor else "")
-        if context.controls.remembered.stands_by(spec.name, successor.started_as):
+        if tokens.stands_by(spec.name, successor.started_as):
             return successor
         if patience.is_over():
             raise NoAnswer(f"{spec.name}: its successor is not ready within {context.start_within(spec):g} s")
-        await context.pause(LOOK_AGAIN_INTERVAL)
+        await context.kit.compute(tokens.wait_for_news, known, LOOK_AT_HOST_TIMEOUT)
         if time.monotonic() > look_at:
             look_at = time.monotonic() + LOOK_AT_HOST_TIMEOUT
             await context.refresh()
@@ -295,7 +298,7 @@ async def _end_run(
     if patient and not await _hear(context, host):
         return
     await context.hosts.stop(name, host, grace, started_as)
-    while True:
+    for pause in pauses():
         await context.refresh()
         its_host_answers = host not in context.hosts.silent
         if its_host_answers and (host, started_as) not in (
@@ -308,7 +311,7 @@ async def _end_run(
             raise NoAnswer(
                 f"host {host!r}: run {started_as} of {name} has not ended within {grace + KILLED_TIMEOUT:g} s"
             )
-        await context.pause(LOOK_AGAIN_INTERVAL)
+        await context.pause(pause)
 
 
 async def _hear(context: ExecutionContext, host: str) -> bool:

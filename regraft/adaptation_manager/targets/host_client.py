@@ -139,9 +139,9 @@ class Hosts:
         # The first host knows of all components, also of those on hosts that do not answer.
         return sorted(views, key=lambda view: view.host != FIRST)
 
-    def _update(self, updates: dict[str, UpdateSpecs]) -> Update:
+    def _update(self, updates: dict[str, UpdateSpecs], left: frozenset[str] = frozenset()) -> Update:
         asked = {host: self._ask(host, "specs", codec.encode(updates[host])) for host in sorted(updates)}
-        return Update(asked, self._learn)
+        return Update(asked, self._learn, left)
 
     def keep(self, end: JournalEnd) -> None:
         """Have the first host keep the journal's end; its answer is not waited for. Raises NoAnswer."""
@@ -261,14 +261,11 @@ class Hosts:
             concerned.add(FIRST)
         has_run = {spec.name: {host for host, _ in self.runs(spec.name)} for spec in update.specs}
         left = set().union(*has_run.values()) - concerned
-        asked = self._update(
-            {
-                host: replace(update, specs=tuple(s for s in update.specs if host in (s.host, FIRST, *has_run[s.name])))
-                for host in concerned | left
-                if self.is_there(host)
-            }
-        )
-        return replace(asked, left=frozenset(left))
+        updates = {}
+        for host in filter(self.is_there, concerned | left):
+            specs = tuple(spec for spec in update.specs if host in (spec.host, FIRST, *has_run[spec.name]))
+            updates[host] = update if specs == update.specs else replace(update, specs=specs)
+        return self._update(updates, frozenset(left))
 
     async def describe(self, spec: ComponentSpec) -> DescribedComponent:
         """Ask a component's host what the component would be; raises ControlFailed."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 from regraft.bus.interface import Bus, Closable, Presence
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.control import ComponentView
@@ -9,6 +11,8 @@ from regraft.bus_schema.messages.protocol.control import ComponentView
 
 class ViewCache:
     """The last view of each component, while it and its host have been on the bus without a break.
+
+    ``news`` counts the tokens that have come or gone.
 
     Liveliness tokens go as soon as a process ends, before its host has noticed. A process that hangs keeps its
     token: a request by the remembered view then gets no answer.
@@ -19,6 +23,8 @@ class ViewCache:
         self._keys = Keys(system)
         self._present: set[str] = set()
         self._views: dict[str, ComponentView] = {}
+        self.news = 0
+        self._arrived = threading.Condition()
         self._watches: tuple[Closable, ...] = (
             bus.watch(self._keys.alive("*", "*"), self._take),
             bus.watch(self._keys.host("*", "alive"), self._take),
@@ -36,6 +42,14 @@ class ViewCache:
         else:
             self._present.discard(presence.key)
             self._views.clear()
+        with self._arrived:
+            self.news += 1
+            self._arrived.notify_all()
+
+    def wait_for_news(self, known: int, seconds: float) -> None:
+        """Wait, on any thread, until there are other ``news`` than are ``known``, for so many seconds at the most."""
+        with self._arrived:
+            self._arrived.wait_for(lambda: self.news != known, seconds)
 
     def note(self, view: ComponentView) -> None:
         """Remember a component's answer."""

@@ -40,9 +40,30 @@ def encode_as(kind: MessageType, message: object) -> bytes:
 
 
 def with_tail(packed: bytes, array: np.ndarray[Any, Any]) -> bytes:
-    """Return a payload of a packed map and the array that it describes as its tail."""
-    tail = np.ascontiguousarray(array)
-    return b"".join((HEADER_LENGTH.pack(len(packed)), packed, tail.reshape(-1).view(np.uint8).data))
+    """Return a payload of a packed map and the array that it describes as its tail.
+
+    A message that is passed on as it came is the payload that it came in: nothing is copied.
+    """
+    header = HEADER_LENGTH.pack(len(packed)) + packed
+    tail = np.ascontiguousarray(array).reshape(-1).view(np.uint8)
+    came = _read_from(array)
+    if came is not None and came.startswith(header) and _is_behind(tail, came, len(header)):
+        return came
+    return b"".join((header, tail.data))
+
+
+def _read_from(array: np.ndarray[Any, Any]) -> bytes | None:
+    """Return the bytes in which an array was read in place, None for one that has memory of its own."""
+    base: Any = array
+    while isinstance(base, np.ndarray):
+        base = base.base
+    return base if type(base) is bytes else None
+
+
+def _is_behind(tail: np.ndarray[Any, Any], payload: bytes, start: int) -> bool:
+    """Return whether an array is, in memory, all that there is of a payload behind its header."""
+    where = np.frombuffer(payload, np.uint8).ctypes.data + start
+    return tail.ctypes.data == where and tail.size == len(payload) - start
 
 
 def decode(payload: bytes, cls: type[T]) -> T:

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-from regraft.bus_schema.encoding.records import RecordShape, record_shape
+from regraft.bus_schema.encoding.records import RecordShape, UnionShape, record_shape
 from regraft.bus_schema.encoding.shapes import (
     INT_RANGE,
     BoolShape,
@@ -39,6 +39,12 @@ class _Field:
     test: str
     value: str = "{v}"
 
+    def test_of(self, variable: str) -> str:
+        return self.test.replace("{v}", variable)
+
+    def value_of(self, variable: str) -> str:
+        return self.value.replace("{v}", variable)
+
 
 class _Names:
     """The objects that the written functions refer to, by made-up names."""
@@ -52,10 +58,18 @@ class _Names:
         return name
 
 
-@cache
 def compile_pack(cls: type) -> Convert:
     """Return what the ``pack`` of a dataclass's shape does, faster."""
-    shape = record_shape(cls)
+    return _pack_of(record_shape(cls))
+
+
+def compile_unpack(cls: type) -> Convert:
+    """Return what the ``unpack`` of a dataclass's shape does, faster."""
+    return _unpack_of(record_shape(cls))
+
+
+@cache
+def _pack_of(shape: RecordShape) -> Convert:
     if not _is_simple(shape):
         return shape.pack
     names = _Names(cls=shape.cls, walk=shape.pack, BadMessage=BadMessage)
@@ -64,10 +78,12 @@ def compile_pack(cls: type) -> Convert:
     reads = "\n    ".join(
         f"{variable} = record.{attribute}" for variable, attribute in zip(variables, shape.attributes, strict=True)
     )
-    items = ", ".join(
-        f"{name!r}: {field.value.format(v=variable)}"
+    items = [
+        f"{name!r}: {field.value_of(variable)}"
         for variable, field, (name, _) in zip(variables, fields, shape.fields, strict=True)
-    )
+    ]
+    if shape.tag:
+        items.insert(0, "{!r}: {!r}".format(*shape.tag))
     text = f"""
 def pack(record):
     if type(record) is not cls:
@@ -75,8 +91,8 @@ def pack(record):
     {reads}
     try:
         if {_all(fields, variables)}:
-            return {{{items}}}
-    except (BadMessage, TypeError):
+            return {{{", ".join(items)}}}
+    except (BadMessage, KeyError, TypeError):
         pass
     return walk(record)
 """
@@ -84,9 +100,8 @@ def pack(record):
 
 
 @cache
-def compile_unpack(cls: type) -> Convert:
-    """Return what the ``unpack`` of a dataclass's shape does, faster."""
-    shape = record_shape(cls)
+def _unpack_of(shape: RecordShape) -> Convert:
+    """Return the function. A member of a union is chosen by its tag before, which needs no further look."""
     if not _is_simple(shape):
         return shape.unpack
     names = _Names(cls=shape.cls, walk=shape.unpack, BadMessage=BadMessage)
@@ -95,11 +110,11 @@ def compile_unpack(cls: type) -> Convert:
     reads = "\n            ".join(
         f"{variable} = plain[{name!r}]" for variable, (name, _) in zip(variables, shape.fields, strict=True)
     )
-    values = [field.value.format(v=variable) for variable, field in zip(variables, fields, strict=True)]
+    values = [field.value_of(variable) for variable, field in zip(variables, fields, strict=True)]
     making = "\n                ".join(_making(shape, values, names))
     text = f"""
 def unpack(plain):
-    if type(plain) is dict and len(plain) == {len(fields)}:
+    if type(plain) is dict and len(plain) == {len(fields) + bool(shape.tag)}:
         try:
             {reads}
             if {_all(fields, variables)}:
@@ -133,7 +148,7 @@ def _is_simple(shape: RecordShape) -> bool:
 
 
 def _all(fields: list[_Field], variables: list[str]) -> str:
-    tests = [field.test.format(v=variable) for variable, field in zip(variables, fields, strict=True) if field.test]
+    tests = [field.test_of(variable) for variable, field in zip(variables, fields, strict=True) if field.test]
     return " and ".join(tests) or "True"
 
 
@@ -147,8 +162,11 @@ def _define(name: str, text: str, names: _Names) -> Convert:
 def _packing(shape: Shape, names: _Names) -> _Field:
     if isinstance(shape, EnumShape):
         return _Field(f"type({{v}}) is {names.add(shape.members)}", "{v}._value_")
-    if isinstance(shape, RecordShape) and shape.tag is None:
-        return _Field("", f"{names.add(compile_pack(shape.cls))}({{v}})")
+    if isinstance(shape, RecordShape):
+        return _Field("", f"{names.add(_pack_of(shape))}({{v}})")
+    if isinstance(shape, UnionShape):
+        by_class = {member.cls: _pack_of(member) for member in shape.members.values()}
+        return _Field("", f"{names.add(by_class)}[type({{v}})]({{v}})")
     return _leaf(shape) or _nested(shape, names, _packing) or _Field("", f"{names.add(shape.pack)}({{v}})")
 
 
@@ -156,8 +174,11 @@ def _unpacking(shape: Shape, names: _Names) -> _Field:
     if isinstance(shape, EnumShape):
         members = names.add({member.value: member for member in shape.allowed})
         return _Field(f"{{v}} in {members}", f"{members}[{{v}}]")
-    if isinstance(shape, RecordShape) and shape.tag is None:
-        return _Field("", f"{names.add(compile_unpack(shape.cls))}({{v}})")
+    if isinstance(shape, RecordShape):
+        return _Field("", f"{names.add(_unpack_of(shape))}({{v}})")
+    if isinstance(shape, UnionShape):
+        by_tag = {tag: _unpack_of(member) for tag, member in shape.members.items()}
+        return _Field("", f"{names.add(by_tag)}[{{v}}[{shape.key!r}]]({{v}})")
     return _leaf(shape) or _nested(shape, names, _unpacking) or _Field("", f"{names.add(shape.unpack)}({{v}})")
 
 
@@ -166,14 +187,19 @@ def _nested(shape: Shape, names: _Names, part: Callable[[Shape, _Names], _Field]
         inner = part(shape.item, names)
         test = f"({{v}} is None or {inner.test})" if inner.test else ""
         return _Field(test, f"(None if {{v}} is None else {inner.value})")
-    if isinstance(shape, TupleShape | MapShape) and isinstance(shape.item, RecordShape):
-        each = part(shape.item, names).value.format(v="item")
-        if isinstance(shape, MapShape):
-            test = f"type({{v}}) is dict and all(map({names.add(str.isascii)}, {{v}}))"
-            return _Field(test, f"{{{{key: {each} for key, item in {{v}}.items()}}}}")
-        return _Field(
-            "type({v}) in (list, tuple)", f"{'' if part is _packing else 'tuple'}([{each} for item in {{v}}])"
-        )
+    if isinstance(shape, MapShape):
+        item = part(shape.item, names)
+        tests = [f"type({{v}}) is dict and all(map({names.add(str.isascii)}, {{v}}))"]
+        if item.test:
+            tests.append(f"all([{item.test_of('item')} for item in {{v}}.values()])")
+        return _Field(" and ".join(tests), f"{{key: {item.value_of('item')} for key, item in {{v}}.items()}}")
+    if isinstance(shape, TupleShape):
+        item = part(shape.item, names)
+        tests = ["type({v}) in (list, tuple)"]
+        if item.test:
+            tests.append(f"all([{item.test_of('item')} for item in {{v}}])")
+        made = "" if part is _packing else "tuple"
+        return _Field(" and ".join(tests), f"{made}([{item.value_of('item')} for item in {{v}}])")
     return None
 
 

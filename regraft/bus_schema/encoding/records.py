@@ -37,11 +37,11 @@ SHORTHAND = "shorthand"
 """The ClassVar of a dataclass that names the field that a text alone gives."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class RecordShape:
     """A dataclass: a map from field name to value. Unknown fields are refused, absent ones take their default.
 
-    ``attributes`` are the attributes of the ``fields``, in their order.
+    ``attributes`` are the attributes of the ``fields``, in their order. There is one for each class and tag.
     """
 
     cls: type

@@ -50,6 +50,13 @@ def _check_unicode(text: str) -> None:
         raise BadMessage("is not valid Unicode text") from None
 
 
+def _has_ascii_keys(plain: dict[Any, Any]) -> bool:
+    try:
+        return all(map(str.isascii, plain))
+    except TypeError:
+        return False
+
+
 @dataclass(frozen=True, slots=True)
 class FloatShape:
     """A float, never NaN, infinite only where that is allowed."""
@@ -305,6 +312,22 @@ class PlainShape:
 
     def pack(self, value: Any, depth: int = 0) -> Any:
         """Return a copy, checked down to its leaves."""
+        kind = type(value)
+        # Bodies of requests and replies come this way: what they mostly hold comes first, and needs no further call.
+        if kind is str and value.isascii() and len(value) <= PLAIN_TEXT.longest:
+            return value
+        if value is None or kind is bool or kind is bytes or (kind is float and not math.isnan(value)):
+            return value
+        if depth < MAX_PLAIN_DEPTH:
+            if kind is dict and _has_ascii_keys(value):
+                return {key: self.pack(item, depth + 1) for key, item in value.items()}
+            if kind is list:
+                return [self.pack(item, depth + 1) for item in value]
+        return self._walk(value, depth)
+
+    unpack = pack
+
+    def _walk(self, value: Any, depth: int) -> Any:
         if value is None or isinstance(value, bool | bytes):
             return value
         if isinstance(value, str):
@@ -324,10 +347,6 @@ class PlainShape:
                 _check_unicode(key)
             return {key: self.pack(item, depth + 1) for key, item in value.items()}
         raise BadMessage(f"is {_name(value)}, must be plain data (None, bool, int, float, text, bytes, list, map)")
-
-    def unpack(self, plain: Any) -> Any:
-        """Return the plain data."""
-        return self.pack(plain)
 
     def json_schema(self) -> JsonSchema:
         """Return the schema that admits everything."""

@@ -210,7 +210,8 @@ class Architecture:
 
     def with_hosts(self, names: Iterable[str]) -> Architecture:
         """Return the architecture with further hosts; the revision stays."""
-        return replace(self, hosts=tuple(dict.fromkeys((*self.hosts, *names))))
+        hosts = tuple(dict.fromkeys((*self.hosts, *names)))
+        return self if hosts == self.hosts else replace(self, hosts=hosts)
 
     def with_component(self, spec: ComponentSpec) -> Architecture:
         """Return the architecture with one component replaced or added; the revision stays."""
@@ -222,6 +223,9 @@ class Architecture:
 
     def with_topics(self, added: Iterable[TopicSpec], removed: Collection[str] = ()) -> Architecture:
         """Return the architecture with topics added or replaced, and others removed; the revision stays."""
+        added = tuple(added)
+        if not added and not removed:
+            return self
         topics = {name: topic for name, topic in self.topics.items() if name not in removed}
         return replace(self, topics=topics | {topic.name: topic for topic in added})
 

@@ -94,8 +94,8 @@ class ManagedProcess:
         if self.is_held:
             self.is_held, self.start_at = False, now
 
-    def status(self) -> ProcessStatus:
-        """Return the process's status."""
+    def status(self, max_incarnation: int) -> ProcessStatus:
+        """Return the process's status; ``max_incarnation`` is the highest that is known of the component."""
         return ProcessStatus(
             self.spec.name,
             self.incarnation,
@@ -106,6 +106,7 @@ class ManagedProcess:
             self.exit_reason,
             self.spec.managed,
             self.started_as,
+            max_incarnation,
         )
 
     def assignment(self, plan: HostPlan, revision: int, term: int) -> Assignment:

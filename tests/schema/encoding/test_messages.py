@@ -6,6 +6,7 @@ import copy
 import random
 import struct
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 import msgpack
@@ -190,6 +191,22 @@ def test_a_tail_is_read_in_place_and_cannot_be_written() -> None:
     cells = codec.decode(payload, OccupancyGrid).cells
     assert np.shares_memory(cells, np.frombuffer(payload, np.uint8))
     assert not cells.flags.writeable
+
+
+def test_an_image_that_is_passed_on_as_it_came_is_not_copied_and_any_other_is() -> None:
+    pixels = np.arange(60, dtype=np.uint8).reshape(4, 5, 3)
+    payload = codec.encode(Image(1.0, "camera", "base_link", Pose(), 1.2, pixels))
+    came = codec.decode(payload, Image)
+    assert codec.encode(came) is payload
+    for changed in (
+        replace(came, stamp=2.0),
+        replace(came, pixels=came.pixels[1:]),
+        replace(came, pixels=came.pixels[::-1]),
+        replace(came, pixels=came.pixels.copy()),
+    ):
+        again = codec.encode(changed)
+        assert again is not payload
+        assert same(codec.decode(again, Image), changed)
 
 
 def test_a_tail_that_no_field_describes_is_refused() -> None:
