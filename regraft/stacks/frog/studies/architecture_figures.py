@@ -11,7 +11,7 @@ import numpy as np
 from regraft.evaluation.reports.figures import COLOURS
 from regraft.evaluation.reports.sections import Arms
 from regraft.evaluation.rows import TIME, Rows
-from regraft.evaluation.study import RunRecord
+from regraft.evaluation.study import Measure, RunRecord
 from regraft.stacks.frog.studies import rounds_measures as measures
 from regraft.stacks.frog.studies.rounds_recorder import REQUIREMENTS
 
