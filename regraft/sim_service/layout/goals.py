@@ -105,9 +105,9 @@ class _Search:
         return min(room, ENOUGH_ROOM), pose
 
     def _outline(self, x: float, y: float, bearing: float, cells: npt.NDArray[np.bool_]) -> float:
-        """Return how far (m) the body reaches from (x, y) in a direction."""
+        """Return how far (m) the body reaches from its middle (x, y) in a direction."""
         step = self._map.resolution / 2.0
-        reach = step * max(cells.shape) * 2.0
+        reach = _diagonal(cells) * self._map.resolution
         farthest = 0.0
         for distance in np.arange(0.0, reach, step).tolist():
             if self._contains(cells, x + distance * math.cos(bearing), y + distance * math.sin(bearing)):
@@ -130,3 +130,9 @@ class _Search:
         row, column = self._map.cell(x, y)
         rows, columns = cells.shape
         return 0 <= row < rows and 0 <= column < columns and bool(cells[row, column])
+
+
+def _diagonal(cells: npt.NDArray[np.bool_]) -> float:
+    """Return the diagonal, in cells, of the rectangle around those that are set: none is farther from its middle."""
+    rows, columns = np.flatnonzero(cells.any(axis=1)), np.flatnonzero(cells.any(axis=0))
+    return math.hypot(float(rows[-1] - rows[0] + 1), float(columns[-1] - columns[0] + 1))

@@ -96,8 +96,8 @@ class AdjustDetectionAttempts(AdaptOnStart):
 class AdjustDetectionPauses(AdjustDetectionAttempts):
     """The same with what other strategies may use, too: pauses, and a monitor of the other camera's pictures.
 
-    Where the other camera would take over but its pictures are faulty, the robot looks for itself while there is energy
-    left: by single pictures far apart, as it sees little.
+    The other camera takes over no more while its pictures are faulty. The robot then looks for itself as long as there
+    is energy left: by single pictures far apart, as it sees little.
     """
 
     other_faults = Input(float, description="how many faults there are in the other camera's pictures")

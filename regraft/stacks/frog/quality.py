@@ -118,7 +118,7 @@ class MovePowerEfficiently(TaskLevelQR):
 
 
 class HitCounting(TaskLevelQR):
-    """The base of what counts pictures and hits since the mission was loaded, each call once, when its answer is in."""
+    """The base of what counts pictures and hits since the mission was loaded: each call once, when it is answered."""
 
     attribute = TASK_EFFICIENCY
 

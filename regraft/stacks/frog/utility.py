@@ -3,8 +3,8 @@
     U_vis of a second = I{MoveSafely} * (v / v_max) / W          U_det of a run = hits / pictures * share within budget
 
 ``v`` is the measured speed (m/s) at an instant, and ``v_max`` is 0.26 m/s. MoveSafely is the requirement's: at that
-instant nothing is nearer than 0.458 m, or ``v`` is below 0.18 m/s. ``W`` is the power (W) that the drive takes at
-``v``, by the power model that the battery is drained by. A run's U_vis is the mean over its seconds of driving.
+instant nothing is nearer than 0.458 m, or ``v`` is below 0.18 m/s. ``W`` is the power (W) of the drive at ``v``. The
+model of that power also drains the battery. A run's U_vis is the mean over its seconds of driving.
 
 The requirements (`regraft.stacks.frog.quality`) and the analysis (``studies/rounds_measures.py``) call these functions.
 The formulas of missions and decision files repeat them, and ``tests/missions/test_utility.py`` compares both. The
