@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from regraft.evaluation.rows import Rows, written
 from regraft.services.power_model import PICTURE_ENERGY, motion_power
 from regraft.stacks.frog.studies import rounds_measures as measures
+from regraft.stacks.frog.studies.arms.columns import COLUMNS
 from regraft.stacks.frog.studies.blocking import SECONDS, SHARE, blocked
 from regraft.stacks.frog.studies.rounds_reactions import Reactions, blocked_by, to_darkness, to_nearness
 from regraft.stacks.frog.utility import driving_utility
@@ -34,6 +35,8 @@ ROW: dict[str, Any] = {
     "corner_pictures": 0,
     "corner_hits": 0,
     "picture_energy": 0.0,
+    "contacts": 0,
+    "changes": 0,
 }
 NEAR, FAR = 0.45, 0.46
 
@@ -142,6 +145,16 @@ def test_the_utility_is_never_more_than_without_the_requirement(seconds: list[tu
     assert measures.visiting_utility(found) == pytest.approx(measures.other_visiting_utility(found))
     assert 0.0 <= measures.safe_share(found) <= 1.0
     assert measures.safe_share(found) >= 1.0 - measures.near_share(found) - 1e-12
+
+
+def test_what_the_utilities_cost_is_counted() -> None:
+    counted = {"own_pictures": 2, "corner_pictures": 4, "corner_hits": 3, "contacts": 1, "changes": 7, "leg": 2}
+    found = rows({"motion_power": 4.0}, {"motion_power": 5.0, "driving": False}, {"motion_power": 6.0, **counted})
+    figures = {name: measure(found) for name, measure in COLUMNS["corrected"].items()}
+    expected = {"drive energy (J)": 10.0, "pictures": 6.0, "hits": 3.0, "contacts": 1.0, "adaptations applied": 7.0}
+    assert {name: figures[name] for name in expected} == expected
+    assert figures["legs"] == 2.0
+    assert all(math.isfinite(value) for name, value in figures.items() if name != "U_det, per call")
 
 
 def test_a_disturbance_is_answered_when_the_change_is_in_effect_and_not_when_it_was_over_before() -> None:
