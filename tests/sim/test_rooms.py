@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import cv2
@@ -16,6 +18,7 @@ from regraft.sim_service.layout.visibility import sees_body
 from regraft.sim_service.rooms.loading import load_world
 from regraft.sim_service.simulation import Simulation
 from regraft.sim_service.survey import goals, ground_map
+from tests.support.paths import ROOT
 from tests.support.worlds import WORLD, waffle
 
 ROOMS = WORLD.with_name("rooms.xml")
@@ -146,3 +149,21 @@ def test_walls_and_boxes_leave_a_site_clear(tmp_path: Path) -> None:
             )
             corner = data.geom_xpos[geom] + data.geom_xmat[geom].reshape(3, 3) @ near
             assert np.hypot(*corner[:2]) >= 0.6 - 1e-9
+
+
+FORKED = """
+import cv2, os
+from tests.sim.test_rooms import room
+room(1)
+child = os.fork()
+if child == 0:
+    cv2.setNumThreads(1)
+    cv2.GaussianBlur(__import__("numpy").zeros((2000, 2000), "u1"), (9, 9), 0)
+    os._exit(0)
+print(os.waitpid(child, 0)[1])
+"""
+
+
+def test_a_process_that_has_loaded_a_room_can_be_forked() -> None:
+    ended = subprocess.run([sys.executable, "-c", FORKED], cwd=ROOT, capture_output=True, text=True, timeout=60)
+    assert (ended.stdout, ended.returncode) == ("0\n", 0), ended.stderr

@@ -1,6 +1,8 @@
 """Where a robot must stand to look at things."""
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import cv2
@@ -54,16 +56,28 @@ def viewing_goals(
     )
 
 
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """Have OpenCV start no threads: a process that is forked later would wait for them for ever."""
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        yield
+    finally:
+        cv2.setNumThreads(before)
+
+
 class _Search:
     def __init__(self, ground_map: GroundMap, start: Pose2D, radius: float) -> None:
         self._map = ground_map
         self._radius = radius
         free = (ground_map.occupancy == FREE).astype(np.uint8)
-        cells = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-        # The transform measures between the middles of cells; the obstacle begins half a cell earlier.
-        self._room = (cells - 0.5) * ground_map.resolution
-        passable = (self._room >= self._radius).astype(np.uint8)
-        _, self._regions = cv2.connectedComponents(passable, connectivity=4)
+        with _one_thread():
+            cells = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+            # The transform measures between the middles of cells; the obstacle begins half a cell earlier.
+            self._room = (cells - 0.5) * ground_map.resolution
+            passable = (self._room >= self._radius).astype(np.uint8)
+            _, self._regions = cv2.connectedComponents(passable, connectivity=4)
         has_room = ground_map.is_free(start.x, start.y)
         self._start_region = int(self._regions[ground_map.cell(start.x, start.y)]) if has_room else 0
         if self._start_region == 0:
