@@ -145,7 +145,7 @@ TREES = [
     *(Tree(f"rounds_{kind}", "Rounds", None, no_goals) for kind in ("internal", "external", "rewired")),
     *(Tree(f"rounds_{kind}", "AdaptedDrive", well, blocked) for kind in COMMON),
     *(Tree(f"rounds_{kind}", "AdaptedLook", well, no_pictures, f"{ROUNDS}; {MEASURED}") for kind in COMMON),
-    Tree("rounds_planned", "ForecastDrive", well, blocked, "seconds := 1.0; speeds := '0.10;0.17'"),
+    Tree("rounds_planned", "ForecastDrive", well, blocked, "period := '250ms'; speeds := '0.10;0.17'"),
     Tree("rounds_planned", "ForecastLook", well, no_pictures, f"{ROUNDS}; {LOOKING}"),
     Tree("rounds_baseline", "DriveTo", well, blocked),
     Tree("rounds_baseline", "LookAt", well, no_pictures),

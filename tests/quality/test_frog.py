@@ -113,6 +113,16 @@ def test_a_cameras_hit_rate_is_learned_from_one_half_on_by_its_own_pictures_only
     assert field.quality("CameraHitRate").satisfied is None
 
 
+def test_without_a_camera_the_hit_rate_is_that_of_all() -> None:
+    ports = 'hits="{@hits}" looked="{@looked}" image_topic="{@seen_by}" camera="" metric="{m}"'
+    field = frog("CameraHitRate", ports, "<Spelt script='RRSRRS'/>", seen_by="corner_camera/image")
+    look(field, 3, 3)
+    field.tick()
+    field.put("seen_by", "camera/image")
+    look(field, 3, 0)
+    assert field.get("m") == pytest.approx(4 / 8)
+
+
 def test_a_budget_pays_for_120_pictures_of_the_robots_own_camera_and_for_no_others() -> None:
     ports = 'looked="{@looked}" image_topic="{@seen_by}" metric="{used}" energy_left="{left}"'
     field = frog("DetectPowerEfficiently", ports, "<Spelt script='KRS'/>", seen_by="camera/image")

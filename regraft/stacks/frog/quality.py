@@ -165,13 +165,13 @@ class DetectEffectively(HitCounting):
 
 
 class CameraHitRate(HitCounting):
-    """Learns how often one camera sees the object, and requires nothing.
+    """Learns how often one camera sees the object, or any if none is named, and requires nothing.
 
     The metric is (hits + 1) / (pictures + 2) of that camera, by Laplace's rule: one half before its first picture.
     """
 
     image_topic = Input(str, description="the topic that the last pictures came from")
-    camera = Input(str, default="corner_camera/image", description="the topic of the camera's pictures")
+    camera = Input(str, default="corner_camera/image", description="the topic of its pictures; empty: any")
 
     def data_ports(self) -> tuple[str, ...]:
         """Return none: before the first picture the rate is known to be one half."""
@@ -179,7 +179,7 @@ class CameraHitRate(HitCounting):
 
     def counts(self) -> bool:
         """Return whether the pictures are the camera's."""
-        return self.image_topic == self.camera
+        return self.camera in ("", self.image_topic)
 
     def measure(self) -> float | None:
         """Return the rate so far."""
