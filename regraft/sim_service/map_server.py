@@ -6,8 +6,8 @@ from regraft import Component, Output, Parameter, Records, every
 from regraft.bus_schema.messages.geometry import FramedPose, Pose
 from regraft.bus_schema.messages.maps import Goals, NamedGoal, OccupancyGrid
 from regraft.bus_schema.model.description import Resources
-from regraft.sim_service.layout.scene import load_scene
 from regraft.sim_service.robots import RobotSpec
+from regraft.sim_service.rooms.loading import load_world
 from regraft.sim_service.simulation import Simulation
 from regraft.sim_service.survey import goals, ground_map
 from regraft.sim_service.world import MAP_FRAME
@@ -36,7 +36,7 @@ class MapServer(Component):
         """Make the map and the goals; raises SceneError, PlacementError, GoalError."""
         if not self.file:
             raise ValueError("the parameter 'file' must name the world's MJCF file")
-        simulation = Simulation(load_scene(self.file, self.robots), self.kit.seed)
+        simulation = Simulation(load_world(self.file, self.robots, self.kit.seed), self.kit.seed)
         self._ground = ground_map(simulation, self.robot, self.resolution)
         self._goals = tuple(
             NamedGoal(goal.name, FramedPose(MAP_FRAME, Pose.planar(goal.pose.x, goal.pose.y, goal.pose.yaw)))

@@ -1,10 +1,14 @@
 """Draw a world: `python -m regraft.sim_service.picture STACK OUT.png`, or the `WORLD.xml` alone.
 
+Several seeds give one picture, side by side.
+
 The picture is for people: with shadows, a sky and smooth edges, none of which the robot's own cameras see.
 """
 
 import argparse
+import math
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
@@ -16,10 +20,12 @@ from regraft.component.parameters import ParameterError
 from regraft.sim_service.cameras.camera import CameraSettings, Image, RenderState, image_size
 from regraft.sim_service.cameras.gl_camera import Backend, GLCamera
 from regraft.sim_service.cameras.ray_camera import RayCamera
-from regraft.sim_service.cameras.renderers import probe
+from regraft.sim_service.cameras.renderers import RendererName, probe
 from regraft.sim_service.layout.composition import composed
 from regraft.sim_service.layout.placement import Placement, PlacementError, draw_placement
 from regraft.sim_service.layout.scene import Scene, SceneError, load_scene
+from regraft.sim_service.robots import RobotSpec
+from regraft.sim_service.rooms.loading import load_world
 from regraft.sim_service.world import World
 from regraft.stack import StackError, load
 from regraft.stack.installed import stack_file
@@ -44,14 +50,16 @@ def main(arguments: list[str] | None = None) -> int:
     )
     parser.add_argument("world", help="a stack, which has a world with robots, or the MJCF file of a world alone")
     parser.add_argument("out", help="the picture file to write (.png or .jpg)")
-    parser.add_argument("--seed", type=int, default=None, help="place bodies by this seed (default: as in the file)")
+    parser.add_argument(
+        "--seed", type=int, nargs="+", help="place bodies by this seed, or these (default: as in the file)"
+    )
     parser.add_argument("--camera", default="overview", help="which camera of the world draws (default: overview)")
     parser.add_argument("--width", type=int, default=None, help="pixels (default: the camera's)")
     parser.add_argument("--height", type=int, default=None, help="pixels (default: the camera's)")
     options = parser.parse_args(arguments)
     try:
         view = CameraSettings(options.camera, options.width, options.height)
-        used = draw(options.world, options.out, options.seed, view)
+        used = draw(options.world, options.out, options.seed or [None], view)
     except (SceneError, PlacementError, StackError, ParameterError, OSError, ValueError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
@@ -59,8 +67,8 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
-def draw(world: str, out: str, seed: int | None, view: CameraSettings) -> str:
-    """Write a picture of a world and return the name of the renderer.
+def draw(world: str, out: str, seeds: Sequence[int | None], view: CameraSettings) -> str:
+    """Write a picture of a world by each seed, all in one file, and return the name of the renderer.
 
     Raises:
         SceneError, PlacementError: the world is wrong.
@@ -68,9 +76,14 @@ def draw(world: str, out: str, seed: int | None, view: CameraSettings) -> str:
         ValueError: a size is not positive.
         OSError: the picture can't be written.
     """
-    scene = _scene(Path(world))
-    placement = Placement({}) if seed is None else draw_placement(scene, seed)
     renderer = probe().renderer
+    _write(out, _tiled([_drawn(Path(world), seed, view, renderer) for seed in seeds]))
+    return renderer
+
+
+def _drawn(world: Path, seed: int | None, view: CameraSettings, renderer: RendererName) -> Image:
+    scene = _scene(world, seed)
+    placement = Placement({}) if seed is None else draw_placement(scene, seed)
     width, height = image_size(scene, view)
     eye: RayCamera | Painter
     if renderer == "ray":
@@ -83,25 +96,42 @@ def draw(world: str, out: str, seed: int | None, view: CameraSettings) -> str:
         image = eye.render(RenderState(qpos, 1.0, 0))
     finally:
         eye.close()
-    _write(out, np.asarray(cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA), np.uint8))
-    return renderer
+    return np.asarray(cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA), np.uint8)
 
 
-def _scene(named: Path) -> Scene:
-    """Return the world of a stack with its robots, or of an MJCF file alone."""
+def _tiled(images: Sequence[Image]) -> Image:
+    """Return images of one size as one, in about as many rows as columns; what is left over is white."""
+    columns = math.ceil(math.sqrt(len(images)))
+    rest = [np.full_like(images[0], 255)] * (-len(images) % columns)
+    tiles = [*images, *rest]
+    rows = [np.hstack(tiles[first : first + columns]) for first in range(0, len(tiles), columns)]
+    return np.vstack(rows)
+
+
+def _scene(named: Path, seed: int | None) -> Scene:
+    """Return the world of a stack with its robots, or of an MJCF file alone; without a seed as the file has it."""
     if named.suffix == ".xml":
-        return load_scene(named)
+        return _loaded(named, (), seed)
     stack = load(stack_file(named))
     for spec in stack.architecture.components.values():
         if spec.cls == class_path(World):
             values = parameter_set(World, spec.parameters).values
-            return load_scene(values["file"], values["robots"])
+            return _loaded(values["file"], values["robots"], seed)
     raise SceneError(f"{stack.file}: has no component of the class {class_path(World)}")
+
+
+def _loaded(file: str | Path, robots: Sequence[RobotSpec], seed: int | None) -> Scene:
+    return load_scene(file, robots) if seed is None else load_world(file, robots, seed)
 
 
 def dressed(scene: Scene) -> Scene:
     """Return the world with a sky above it and a lamp that casts shadows."""
-    return Scene(scene.path, composed(scene.path, scene.robots, _dress), "", scene.robots)
+
+    def change(spec: mujoco.MjSpec) -> None:
+        scene.change(spec)
+        _dress(spec)
+
+    return Scene(scene.path, composed(scene.path, scene.robots, change), "", scene.robots, change)
 
 
 def _dress(spec: mujoco.MjSpec) -> None:

@@ -18,8 +18,8 @@ from regraft.sim_service.devices.core.failures import DeviceFails
 from regraft.sim_service.devices.core.fitting import parameters_of, ports_of, qualities_of
 from regraft.sim_service.layout.identity import world_hash
 from regraft.sim_service.layout.people import Person
-from regraft.sim_service.layout.scene import load_scene
 from regraft.sim_service.robots import RobotSpec
+from regraft.sim_service.rooms.loading import load_world
 from regraft.sim_service.simulated_robot import SimulatedRobot
 from regraft.sim_service.simulation import Simulation, SimulationSettings
 from regraft.sim_service.trial import try_world
@@ -78,11 +78,11 @@ class World(TimeSource):
     @classmethod
     def check_parameters(cls, parameters: dict[str, Any], seed: int) -> None:
         """Load the world, place everything, and let a moment pass."""
-        try_world(load_scene(_named(parameters["file"]), parameters["robots"]), seed, _settings(parameters))
+        try_world(load_world(_named(parameters["file"]), parameters["robots"], seed), seed, _settings(parameters))
 
     def on_configure(self) -> None:
         """Load the world and place everything; raises SceneError, PlacementError, DeviceError."""
-        scene = load_scene(_named(self.file), self.robots)
+        scene = load_world(_named(self.file), self.robots, self.kit.seed)
         self._wiring = DeviceWiring(self.kit, self.robots, self.failures)
         settings = _settings(self.kit.parameters.values)
         self.simulation = Simulation(scene, self.kit.seed, settings, parameters=self._wiring.parameters)

@@ -32,8 +32,8 @@ from regraft.sim_service.devices.core.failures import (
 )
 from regraft.sim_service.layout.identity import world_hash
 from regraft.sim_service.layout.placement import draw_placement
-from regraft.sim_service.layout.scene import load_scene
 from regraft.sim_service.robots import RobotSpec
+from regraft.sim_service.rooms.loading import load_world
 
 GL_DEFAULTS = (320, 240, 5.0)
 RAY_DEFAULTS = (160, 120, 2.0)
@@ -133,7 +133,7 @@ class WorldCamera(Component):
         self._failing = NONE
         self._shown: Any = None
         self._taken: deque[float] = deque()
-        scene = load_scene(self.file, self.robots)
+        scene = load_world(self.file, self.robots, self.kit.seed)
         placement = draw_placement(scene, self.kit.seed)
         renderer = self._choose_renderer()
         width, height, self._default_rate = usual_of(renderer)

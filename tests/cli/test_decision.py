@@ -16,7 +16,7 @@ FROG = ROOT / "regraft" / "stacks" / "frog"
 def test_check_says_what_is_right_and_what_planners_cannot_express(regraft: Regraft) -> None:
     done = regraft("decision", "check", str(FROG / "decisions" / "speed.yaml"), "--stack", str(FROG / "decided.yaml"))
     assert done.exit_code == 0, done.output
-    assert "1 choice, 3 entries of context: right" in done.stdout
+    assert "1 choice, 2 entries of context: right" in done.stdout
     assert "forecast cannot express objective.settle: it measures no effect" in done.stdout
 
 
@@ -36,9 +36,9 @@ def test_check_compares_with_a_stack_by_line_and_field(regraft: Regraft, tmp_pat
     assert done.exit_code == 2
     told = done.stderr.replace(str(file), "FILE")
     assert "FILE:4: context.nearest.topic: there is no topic 'scam'; did you mean 'scan'?" in told
-    assert "FILE:9: choices.max_velocity.values.2: 9.26: must be at most 0.26 m/s" in told
+    assert "FILE:8: choices.max_velocity.values.2: 9.26: must be at most 0.26 m/s" in told
     assert "navigatr.safety: there is no component 'navigatr'; did you mean 'navigator'?" in told
-    assert "FILE:20: qualities.economy.estimated: navigator estimates no 'powr'; did you mean 'power'?" in told
+    assert "FILE:16: qualities.economy.estimated: navigator estimates no 'powr'; did you mean 'power'?" in told
 
 
 def test_show_explains_what_would_be_chosen(regraft: Regraft) -> None:

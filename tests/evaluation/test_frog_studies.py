@@ -12,9 +12,10 @@ from regraft.evaluation.campaign import Wanted
 from regraft.evaluation.finding import find_study, studies
 from regraft.evaluation.rows import Rows
 from regraft.evaluation.runs.run_directory import AS_RUN, Plan, prepare
-from regraft.evaluation.study import Results
+from regraft.evaluation.study import Changes, Results
 from regraft.services.bt_executor.checking import check, known_types
 from regraft.stack import load
+from regraft.stacks.frog.studies.arms.scenarios import SCENARIOS
 from regraft.stacks.frog.studies.exploring_measures import LIMIT, is_kept
 from regraft.stacks.frog.studies.exploring_measures import violations as battery_violations
 
@@ -58,12 +59,12 @@ def test_a_report_of_nothing_says_so(name: str) -> None:
         assert "No run is finished." in report.markdown
 
 
-def battery(*charges: float, charging: tuple[int, ...] = ()) -> Rows:
-    """Return rows of a battery, in some of which the robot goes charging."""
+def battery(*charges: float, charging: tuple[int, ...] = (), **others: list[str]) -> Rows:
+    """Return rows of a battery, in some of which the robot goes charging, with other columns."""
     tasks = ["charging" if index in charging else "exploring" for index in range(len(charges))]
     satisfied = [str(int(charge >= LIMIT)) for charge in charges]
     times = [str(n) for n in range(len(charges))]
-    return Rows({"time": times, "charge": [str(c) for c in charges], "task": tasks, "satisfied": satisfied})
+    return Rows({"time": times, "charge": [str(c) for c in charges], "task": tasks, "satisfied": satisfied, **others})
 
 
 def test_a_violation_is_answered_by_charging_back_above_the_limit() -> None:
@@ -93,4 +94,45 @@ def test_further_runs_have_the_next_seeds_the_same_for_all_configurations() -> N
     study = find_study("frog-architecture")
     plans = Wanted(study, "corrected", tuple(study.configurations["corrected"]), 3, 5, 300.0).plans()
     assert {plan.seed for plan in plans if plan.number == 2} == {6}
-    assert len({plan.name for plan in plans}) == len(plans) == 3 * 18
+    assert len({plan.name for plan in plans}) == len(plans) == 3 * len(study.configurations["corrected"])
+
+
+@pytest.mark.parametrize("scenario", SCENARIOS)
+def test_all_arms_of_a_scenario_have_the_same_circumstances(scenario: str) -> None:
+    """For each seed: the world, the light, and when the corner camera is blocked."""
+    study = find_study("frog-architecture")
+    known = [each for each in study.configurations["corrected"] if each.scenario == scenario]
+    assert len(known) > 5
+    found = {seed: {circumstances(configuration.changes(seed)) for configuration in known} for seed in (1001, 1002)}
+    assert all(len(each) == 1 for each in found.values())
+    assert (found[1001] == found[1002]) is (scenario == "open")
+
+
+def circumstances(changes: Changes) -> str:
+    """Return what no arm decides on."""
+    parts = changes["components"]
+    return str((changes.get("world"), parts.get("lighting"), parts.get("corner_camera")))
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_every_definition_of_a_study_has_columns_trade_offs_included(name: str) -> None:
+    study = find_study(name)
+    assert set(study.measures) == set(study.configurations)
+    for columns in study.measures.values():
+        assert "contacts" in columns
+        wanted = {"drive energy (J)", "legs", "hits", "pictures", "near", "MoveSafely", "adaptations applied"}
+        others = {"energy drawn (J)", "distance (m)", "charges"}
+        names = {column.removesuffix(", corrected") for column in columns}
+        assert names >= (wanted if name == "frog-architecture" else others)
+
+
+def test_the_figures_of_exploring_are_sums_and_last_values() -> None:
+    names = {"power": 10.0, "charger_power": 2.0, "charges": 1, "frontiers_left": 3, "contacts": 0}
+    columns = {name: [str(value)] * 3 for name, value in names.items()}
+    places = {"x": ["0", "3", "3"], "y": ["0", "4", "5"]}
+    found = battery(0.95, 0.89, 0.92, charging=(1,), **columns, **places)
+    figures = {name: measure(found) for name, measure in find_study("frog-tasks").measures["corrected"].items()}
+    assert (figures["energy drawn (J)"], figures["energy charged (J)"], figures["distance (m)"]) == (30.0, 6.0, 6.0)
+    assert (figures["violations"], figures["violations answered"], figures["lowest charge"]) == (1.0, 1.0, 0.89)
+    assert (figures["charges"], figures["frontiers left"], figures["contacts"]) == (1.0, 3.0, 0.0)
+    assert figures["charging"] == pytest.approx(1 / 3)

@@ -12,8 +12,10 @@ from hypothesis import strategies as st
 from regraft.evaluation.rows import Rows, written
 from regraft.services.power_model import PICTURE_ENERGY, motion_power
 from regraft.stacks.frog.studies import rounds_measures as measures
+from regraft.stacks.frog.studies.arms.columns import COLUMNS
 from regraft.stacks.frog.studies.blocking import SECONDS, SHARE, blocked
 from regraft.stacks.frog.studies.rounds_reactions import Reactions, blocked_by, to_darkness, to_nearness
+from regraft.stacks.frog.utility import driving_utility
 
 ROW: dict[str, Any] = {
     "leg": 1,
@@ -33,6 +35,8 @@ ROW: dict[str, Any] = {
     "corner_pictures": 0,
     "corner_hits": 0,
     "picture_energy": 0.0,
+    "contacts": 0,
+    "changes": 0,
 }
 NEAR, FAR = 0.45, 0.46
 
@@ -48,27 +52,44 @@ def rows(*changes: dict[str, Any]) -> Rows:
 
 
 @pytest.mark.parametrize(
-    ("nearest", "max_velocity", "satisfied", "if_at_most"),
+    ("nearest", "speed", "maximum", "satisfied", "if_at_most", "if_commanded"),
     [
-        (FAR, 0.26, True, True),
-        (NEAR, 0.26, False, False),
-        (NEAR, 0.18, False, True),
-        (NEAR, 0.17, True, True),
-        (0.458, 0.26, True, True),
+        (FAR, 0.26, 0.26, True, True, True),
+        (NEAR, 0.26, 0.26, False, False, False),
+        (NEAR, 0.18, 0.26, False, True, False),
+        (NEAR, 0.17, 0.26, True, True, False),
+        (NEAR, 0.20, 0.17, False, False, True),
+        (0.458, 0.26, 0.26, True, True, True),
     ],
 )
 def test_it_moves_safely_where_nothing_is_near_or_slowly(
-    nearest: float, max_velocity: float, satisfied: bool, if_at_most: bool
+    nearest: float, speed: float, maximum: float, satisfied: bool, if_at_most: bool, if_commanded: bool
 ) -> None:
-    drive = measures.Drive(1.0, nearest, 0.2, 0.2, max_velocity, 6.0, 1)
+    drive = measures.Drive(1.0, nearest, 0.2, speed, maximum, 6.0, 1)
     assert measures.moves_safely(drive) is satisfied
-    assert measures.moves_safely(drive, lambda speed: speed <= measures.SLOW) is if_at_most
+    assert measures.at_most_slowly(drive) is if_at_most
+    assert measures.is_commanded_safely(drive) is if_commanded
+    assert measures.moves_safely_on_average(drive) is (nearest >= 0.458)
 
 
-def test_a_second_of_driving_is_worth_its_speed_over_the_mean_power_of_its_leg() -> None:
-    found = rows({"motion_power": 4.0, "speed": 0.13}, {"motion_power": 8.0}, {"leg": 2, "motion_power": 5.0})
-    assert measures.visiting_utility(found) == pytest.approx((0.5 / 6.0 + 1.0 / 6.0 + 1.0 / 5.0) / 3)
-    assert measures.visiting_utility(found, cost=measures.energy) == pytest.approx((0.5 / 12 + 1 / 12 + 1 / 5) / 3)
+def test_a_second_of_driving_is_worth_what_the_definition_says_of_distance_and_speed_at_its_end() -> None:
+    seconds = [(FAR, 0.26, 0.1), (NEAR, 0.26, 0.1), (NEAR, 0.17, 0.25)]
+    found = rows(*({"nearest": near, "speed_now": now, "speed": mean} for near, now, mean in seconds))
+    worth = [driving_utility(near, now) for near, now, _ in seconds]
+    assert worth[1] == 0.0
+    assert measures.visiting_utility(found) == pytest.approx(sum(worth) / 3)
+    by_mean = measures.other_visiting_utility(
+        found, satisfied=measures.moves_safely_on_average, speed=measures.mean_speed
+    )
+    assert by_mean == pytest.approx(sum(driving_utility(near, mean) for near, _, mean in seconds) / 3)
+
+
+def test_the_power_may_be_read_as_that_of_a_whole_leg() -> None:
+    found = rows({"motion_power": 4.0, "speed_now": 0.13}, {"motion_power": 8.0}, {"leg": 2, "motion_power": 5.0})
+    in_watts = measures.other_visiting_utility(found, cost=measures.mean_power)
+    assert in_watts == pytest.approx((0.5 / 6.0 + 1.0 / 6.0 + 1.0 / 5.0) / 3)
+    in_joules = measures.other_visiting_utility(found, cost=measures.energy)
+    assert in_joules == pytest.approx((0.5 / 12 + 1 / 12 + 1 / 5) / 3)
 
 
 def test_seconds_without_a_drive_do_not_count() -> None:
@@ -118,10 +139,22 @@ def test_the_published_budget_costs_n_times_too_much_and_counts_rows_on_board_on
 
 @given(st.lists(st.tuples(st.floats(0.12, 3.5), st.floats(0.0, 0.26), st.sampled_from([0.10, 0.18, 0.26])), min_size=1))
 def test_the_utility_is_never_more_than_without_the_requirement(seconds: list[tuple[float, float, float]]) -> None:
-    found = rows(*({"nearest": d, "speed": v, "max_velocity": m} for d, v, m in seconds))
-    assert 0.0 <= measures.visiting_utility(found) <= measures.visiting_utility(found, lambda drive: True) + 1e-12
+    found = rows(*({"nearest": d, "speed_now": v, "max_velocity": m} for d, v, m in seconds))
+    without = measures.other_visiting_utility(found, lambda drive: True)
+    assert 0.0 <= measures.visiting_utility(found) <= without + 1e-12
+    assert measures.visiting_utility(found) == pytest.approx(measures.other_visiting_utility(found))
     assert 0.0 <= measures.safe_share(found) <= 1.0
     assert measures.safe_share(found) >= 1.0 - measures.near_share(found) - 1e-12
+
+
+def test_what_the_utilities_cost_is_counted() -> None:
+    counted = {"own_pictures": 2, "corner_pictures": 4, "corner_hits": 3, "contacts": 1, "changes": 7, "leg": 2}
+    found = rows({"motion_power": 4.0}, {"motion_power": 5.0, "driving": False}, {"motion_power": 6.0, **counted})
+    figures = {name: measure(found) for name, measure in COLUMNS["corrected"].items()}
+    expected = {"drive energy (J)": 10.0, "pictures": 6.0, "hits": 3.0, "contacts": 1.0, "adaptations applied": 7.0}
+    assert {name: figures[name] for name in expected} == expected
+    assert figures["legs"] == 2.0
+    assert all(math.isfinite(value) for name, value in figures.items() if name != "U_det, per call")
 
 
 def test_a_disturbance_is_answered_when_the_change_is_in_effect_and_not_when_it_was_over_before() -> None:

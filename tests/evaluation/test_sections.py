@@ -16,8 +16,17 @@ def _runs(key: str, values: dict[int, float]) -> list[RunRecord]:
 
 
 def test_a_claim_is_judged_over_all_runs_and_room_by_room() -> None:
-    arms = Arms({"good": _runs("good", {1: 2.0, 2: 9.0, 3: 4.0}), "bad": _runs("bad", {1: 1.0, 2: 8.0, 3: 4.0})})
+    rooms = range(1, 11)
+    good, bad = {n: float(n * n) for n in rooms}, {n: n * n - 1.0 if n < 10 else 100.0 for n in rooms}
+    arms = Arms({"good": _runs("good", good), "bad": _runs("bad", bad)})
     claim = Claim("value", "good", "bad")
     text = comparisons_table(arms, [claim], {"value": lambda rows: rows.number("value")[0]}, 0.05)
     assert "| good > bad |" in text
-    assert "2 of 3, 1 equal" in text
+    assert "9 of 10, 1 equal" in text
+
+
+def test_fewer_than_ten_runs_are_not_compared() -> None:
+    arms = Arms({"good": _runs("good", {1: 2.0, 2: 9.0, 3: 4.0}), "bad": _runs("bad", {1: 1.0, 2: 8.0, 3: 4.0})})
+    claim = Claim("value", "good", "bad")
+    text = comparisons_table(arms, [claim], {"value": lambda rows: rows.number("value")[0]}, 0.05)
+    assert text == "No two configurations have 10 runs each: nothing is compared.\n"

@@ -114,6 +114,7 @@ class Detector(Component):
     """Sees the hydrant whenever the robot last got to one of some places."""
 
     pictures = Parameter(1, "pictures for a request that does not say how many")
+    interval = Parameter(1.0, "the pause before each, which it does not take", unit="s")
 
     def __init__(self) -> None:
         self.navigator: Navigator | None = None

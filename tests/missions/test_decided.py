@@ -16,6 +16,7 @@ from regraft.bus_schema.messages.geometry import Pose, Twist, Vector3
 from regraft.bus_schema.messages.mission import MissionState
 from regraft.bus_schema.messages.power import PowerDraw
 from regraft.bus_schema.messages.sensors import LaserScan, Odometry
+from regraft.stacks.frog.utility import driving_reward
 from regraft.testing import Rig
 from tests.missions.robot import STACKS
 from tests.missions.test_rounds import FAR, NEAR, Rounds
@@ -68,7 +69,7 @@ def test_the_bandits_try_every_speed_and_measure_what_each_is_worth() -> None:
         rig.advance(40.0)
         assert {speed for _, speed in rounds.speeds} == {0.1, 0.17, 0.26}
         learned = planner.snapshot()["frog/max_velocity"]["learned"]["ucb_tuned"][1]
-        assert [mean for _, mean, _ in learned.values()] == [pytest.approx(25.5 * 0.26 / 6.63)] * 3
+        assert [mean for _, mean, _ in learned.values()] == [pytest.approx(driving_reward(FAR, 0.26), rel=1e-3)] * 3
 
 
 def test_the_bandits_learn_that_a_speed_is_worth_nothing_where_it_is_not_safe() -> None:

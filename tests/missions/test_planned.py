@@ -8,7 +8,6 @@ from contextlib import contextmanager
 import pytest
 
 from regraft.adaptation_manager.planners.forecast.forecast_planner import ForecastPlanner
-from regraft.bus_schema.model.adaptation import SetParameters
 from regraft.testing import Rig
 from tests.missions.acting import CORNER, OWN
 from tests.missions.test_rounds import FAR, NEAR, Rounds
@@ -54,8 +53,17 @@ def test_it_looks_through_the_corner_camera_unless_that_is_blocked() -> None:
         assert rounds.cameras == [CORNER, OWN]
 
 
-def test_more_pictures_are_taken_of_what_is_seen_well() -> None:
-    with planned() as (rig, rounds):
-        rig.advance(2.0)
-        asked = [change.parameters for change in rounds.manager.changes if isinstance(change, SetParameters)]
-        assert {"pictures": 3} in asked
+@pytest.mark.parametrize("sees", [True, False])
+def test_whether_the_corner_camera_sees_the_hydrant_is_learned_from_its_pictures(sees: bool) -> None:
+    with Rig() as rig:
+        rig.add(ForecastPlanner, "forecast")
+        rounds = Rounds(rig, "rounds_planned", drives=1.0)
+        rounds.senses.values["corner_faults"] = 0.0
+        rounds.navigator.reached.append(0.0)
+        rounds.detector.seen_from = {0.0, 1.0} if sees else set()
+        rig.advance(40.0)
+        assert rounds.cameras[0] == CORNER
+        assert rounds.detector.asked[0] == 1
+        assert (OWN in rounds.cameras) is not sees
+        if sees:
+            assert rounds.detector.asked[-1] == 3

@@ -14,6 +14,7 @@ from regraft.bus_schema.model.adaptation import Connect, Outcome, SetParameters
 from regraft.services.bt_executor.executor import Executor
 from regraft.services.detector.detector import Detector as RealDetector
 from regraft.services.sensor_monitor import SensorMonitor
+from regraft.stacks.frog.utility import driving_reward
 from regraft.testing import Rig
 from tests.executor.helpers import status
 from tests.executor.robot import goals
@@ -299,8 +300,8 @@ def test_the_strategy_tries_every_speed_and_is_told_what_each_was_worth() -> Non
         assert {speed for _, speed in rounds.speeds} == {0.1, 0.18, 0.26}
         assert all(at % 3.0 == 0.0 for at, _ in rounds.speeds)
         learned = planner.snapshot()["frog/max_velocity"]["learned"]["ucb_tuned"][1]
-        worth = 25.5 * 0.26 / 6.63
-        assert [mean for _, mean, _ in learned.values()] == [pytest.approx(worth)] * 3
+        worth = driving_reward(FAR, 0.26)
+        assert [mean for _, mean, _ in learned.values()] == [pytest.approx(worth, rel=1e-3)] * 3
 
 
 def test_a_speed_at_which_the_robot_is_not_safe_is_worth_nothing() -> None:

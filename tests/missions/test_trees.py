@@ -127,6 +127,9 @@ VISITING = (
 ENOUGH = VISITING.replace("@visits := 0", "@visits := 60")
 CHARGING = "@to_charge := true; @charges := 0; @sensor_faults := ''; @problems := ''; @battery_charge := 0.5"
 ROUNDS = "@looks_left := 10"
+COMMON = ("planned", "internal_common", "external_common", "rules")
+MEASURED = "@energy_left := 7000.0; @corner_faults := 0; @darkness := 0.5"
+LOOKING = "entries := 'darkness'; options := 'camera/image | 1 | 1.0'"
 
 TREES = [
     Tree("rounds_baseline", "Rounds", None, no_goals),
@@ -140,6 +143,10 @@ TREES = [
     *(Tree(f"rounds_{kind}", "AdaptedLook", well, no_pictures, ROUNDS) for kind in ("baseline", "internal", "rewired")),
     *(Tree(f"rounds_{kind}", "OneRound", well, no_goals) for kind in ("internal", "external", "rewired")),
     *(Tree(f"rounds_{kind}", "Rounds", None, no_goals) for kind in ("internal", "external", "rewired")),
+    *(Tree(f"rounds_{kind}", "AdaptedDrive", well, blocked) for kind in COMMON),
+    *(Tree(f"rounds_{kind}", "AdaptedLook", well, no_pictures, f"{ROUNDS}; {MEASURED}") for kind in COMMON),
+    Tree("rounds_planned", "ForecastDrive", well, blocked, "period := '250ms'; speeds := '0.10;0.17'"),
+    Tree("rounds_planned", "ForecastLook", well, no_pictures, f"{ROUNDS}; {LOOKING}"),
     Tree("rounds_baseline", "DriveTo", well, blocked),
     Tree("rounds_baseline", "LookAt", well, no_pictures),
     Tree("explore", "Explore", well, no_charger, "@battery_charge := 1.0"),

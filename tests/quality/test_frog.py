@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from regraft.bus_schema.messages.mission import MissionState
 from regraft.stacks.frog.quality import REQUIREMENTS
+from regraft.stacks.frog.utility import NEAR, moves_safely
 from regraft.testing import Rig
 from tests.executor.helpers import run, status, tree
 from tests.quality.helpers import Field
@@ -49,7 +50,7 @@ def test_moving_safely_has_one_meaning(distance: float, speed: float) -> None:
     told = frog("MoveSafely", 'nearest="{@d}" speed="{@v}"', d=distance, v=speed).quality("MoveSafely")
     share = min(max((distance - 0.12) / RANGE, 0.0), 1.0)
     assert told.metric == share
-    assert told.satisfied == (share > 0.10 or abs(speed) < 0.18)
+    assert told.satisfied == moves_safely(distance, speed) == (distance >= NEAR or abs(speed) < 0.18)
 
 
 @pytest.mark.parametrize(
@@ -99,6 +100,29 @@ def test_hits_are_counted_by_picture_and_each_answer_once() -> None:
     assert field.quality("DetectEffectively").satisfied is False
 
 
+def test_a_cameras_hit_rate_is_learned_from_one_half_on_by_its_own_pictures_only() -> None:
+    ports = 'hits="{@hits}" looked="{@looked}" image_topic="{@seen_by}" metric="{m}"'
+    field = frog("CameraHitRate", ports, "<Spelt script='RRSRRS'/>", seen_by="corner_camera/image")
+    assert field.get("m") == pytest.approx(0.5)
+    look(field, 3, 3)
+    assert field.get("m") == pytest.approx(4 / 5)
+    field.tick()
+    field.put("seen_by", "camera/image")
+    look(field, 3, 0)
+    assert field.get("m") == pytest.approx(4 / 5)
+    assert field.quality("CameraHitRate").satisfied is None
+
+
+def test_without_a_camera_the_hit_rate_is_that_of_all() -> None:
+    ports = 'hits="{@hits}" looked="{@looked}" image_topic="{@seen_by}" camera="" metric="{m}"'
+    field = frog("CameraHitRate", ports, "<Spelt script='RRSRRS'/>", seen_by="corner_camera/image")
+    look(field, 3, 3)
+    field.tick()
+    field.put("seen_by", "camera/image")
+    look(field, 3, 0)
+    assert field.get("m") == pytest.approx(4 / 8)
+
+
 def test_a_budget_pays_for_120_pictures_of_the_robots_own_camera_and_for_no_others() -> None:
     ports = 'looked="{@looked}" image_topic="{@seen_by}" metric="{used}" energy_left="{left}"'
     field = frog("DetectPowerEfficiently", ports, "<Spelt script='KRS'/>", seen_by="camera/image")
@@ -143,6 +167,9 @@ def test_without_data_no_requirement_says_more_than_it_knows(node_class: type) -
     if name in ports:
         told = frog(name, ports[name]).quality(name)
         assert (told.metric, told.satisfied, told.status) == (None, None, "unknown")
+    elif name == "CameraHitRate":
+        told = frog(name, 'hits="{@a}" looked="{@b}" image_topic="{@c}"').quality(name)
+        assert (told.metric, told.satisfied) == (0.5, None)
     else:
         told = frog(name, 'looked="{@a}"').quality(name)
         assert (told.metric, told.satisfied) == (0.0, True)

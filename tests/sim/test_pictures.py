@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import combinations
 from pathlib import Path
 
 import cv2
@@ -35,10 +36,10 @@ def read(file: Path) -> np.ndarray:
 
 
 def test_there_is_a_picture_of_each_example() -> None:
-    assert [stack for stack, _, _ in COMMANDS] == ["frog", "demo_two_robots"]
+    assert [stack for stack, _, _ in COMMANDS] == ["frog", "demo_two_robots", "frog/rooms.yaml"]
 
 
-@pytest.mark.parametrize(("stack", "file", "options"), COMMANDS)
+@pytest.mark.parametrize(("stack", "file", "options"), COMMANDS[:2])
 def test_a_picture_of_the_docs_can_be_drawn_again_and_shows_the_robots(
     stack: str, file: str, options: str, tmp_path: Path
 ) -> None:
@@ -51,3 +52,14 @@ def test_a_picture_of_the_docs_can_be_drawn_again_and_shows_the_robots(
     size = [word for word in options.split() if "seed" not in word and word != "1"]
     empty = drawn(world, *size, to=tmp_path / "empty.png")
     assert (abs(picture - empty).max(axis=2) > 30).sum() > 100
+
+
+def test_several_seeds_give_one_picture_of_rooms_that_differ(tmp_path: Path) -> None:
+    stack, file, options = COMMANDS[2]
+    picture = drawn(stack, *options.split(), to=tmp_path / "again.png")
+    assert picture.shape == read(ROOT / file).shape
+    height, width = picture.shape[0] // 2, picture.shape[1] // 2
+    rooms = [picture[y : y + height, x : x + width] for y in (0, height) for x in (0, width)]
+    assert (ROOT / file).stat().st_size < len(rooms) * LARGEST
+    for one, other in combinations(rooms, 2):
+        assert (abs(one - other).max(axis=2) > 30).mean() > 0.02

@@ -18,10 +18,9 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from regraft.evaluation.claims.model import Claim, Claims, SeedSet
-from regraft.evaluation.claims.power import LEAST_RUNS
 from regraft.evaluation.results.table import ResultTable
 from regraft.evaluation.statistics.paired import Direction, Effect, effect
-from regraft.evaluation.statistics.samples import holm
+from regraft.evaluation.statistics.samples import LEAST_RUNS, holm
 
 
 class Verdict(Enum):

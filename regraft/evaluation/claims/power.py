@@ -7,11 +7,10 @@ from statistics import NormalDist
 
 from regraft.evaluation.claims.model import Claim, Claims, SeedSet
 from regraft.evaluation.statistics.paired import Direction, SampleTest
+from regraft.evaluation.statistics.samples import LEAST_RUNS
 
 EFFICIENCY = 3.0 / math.pi
 """Of the tests of ranks, against those of means, for normal samples (Hodges and Lehmann 1956)."""
-LEAST_RUNS = 10
-"""Runs of an arm below which there is no interval, no effect size and no verdict."""
 
 
 def seeds_needed(claim: Claim, claims: Claims) -> int:

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from regraft.evaluation.claims.judging import Judged, did_the_same, same_by
-from regraft.evaluation.claims.power import LEAST_RUNS
 from regraft.evaluation.reports.markdown import UNKNOWN, mean_and_sd, number, p_value, table
 from regraft.evaluation.results.table import ResultRow, ResultTable
 from regraft.evaluation.statistics.paired import Direction
-from regraft.evaluation.statistics.samples import summary
+from regraft.evaluation.statistics.samples import LEAST_RUNS, summary
 
 SIGNS = {Direction.GREATER: ">", Direction.LESS: "<", Direction.EQUAL: "="}
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from regraft.bus_schema.model.adaptation import Outcome
 from regraft.evaluation.reports.markdown import UNKNOWN, mean_and_sd, number, p_value, table
-from regraft.evaluation.statistics.samples import compare, holm, interval, summary
+from regraft.evaluation.statistics.samples import LEAST_RUNS, compare, holm, interval, summary
 from regraft.evaluation.study import Measure, Results, RunRecord
 
 
@@ -109,7 +109,7 @@ def comparisons_table(arms: Arms, claims: Sequence[Claim], measures: Mapping[str
         claim: (arms.values(claim.greater, measures[claim.measure]), arms.values(claim.less, measures[claim.measure]))
         for claim in claims
     }
-    found = {claim: compare(*pair) for claim, pair in samples.items() if min(map(len, pair)) >= 2}
+    found = {claim: compare(*pair) for claim, pair in samples.items() if min(map(len, pair)) >= LEAST_RUNS}
     by_name = {f"{index}": comparison.p for index, comparison in enumerate(found.values())}
     corrected = list(holm(by_name).values())
     rows = []
@@ -129,7 +129,7 @@ def comparisons_table(arms: Arms, claims: Sequence[Claim], measures: Mapping[str
         ]
         rows.append([claim.measure, f"{claim.greater} > {claim.less}", *told])
     if not rows:
-        return "No two configurations have two runs each: nothing can be compared.\n"
+        return f"No two configurations have {LEAST_RUNS} runs each: nothing is compared.\n"
     headings = ["measure", "claim", "U", "p", "p, Holm", f"p < {alpha:g}", "A12 (95 %)", "rank-biserial"]
     return table([*headings, "difference of means (95 %)", "holds with equal seeds"], rows)
 

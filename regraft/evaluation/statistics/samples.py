@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 RESAMPLES = 2000
 CONFIDENCE = 0.95
+LEAST_RUNS = 10
+"""Runs of an arm below which there is no interval, no effect size and no verdict."""
 EXACT_UP_TO = 8
 """Samples of at most so many, without ties, have an exact p."""
 
@@ -122,8 +124,8 @@ def holm(p_values: Mapping[str, float]) -> dict[str, float]:
 
 
 def interval(values: Sequence[float]) -> tuple[float, float]:
-    """Return the bootstrap interval of a mean; NaN without values."""
+    """Return the bootstrap interval of a mean; NaN for fewer than ten values."""
     known = np.asarray([value for value in values if math.isfinite(value)])
-    if not len(known):
+    if len(known) < LEAST_RUNS:
         return math.nan, math.nan
     return _inner(known[np.random.default_rng(0).integers(len(known), size=(RESAMPLES, len(known)))].mean(axis=1))

@@ -145,10 +145,9 @@ class Navigator(Component):
         speed = 0.0 if odometry is None else abs(odometry.twist.forward)
         scan = self._scan()
         clearance = math.inf if scan is None else scan.nearest()
-        commanded = abs(self._command.v) if self._moving else 0.0
         near = NEAR if scan is None else near_of(scan.range_min, scan.range_max)
         power = motion_power(speed, self.motion_power)
-        qualities = {"speed": speed, "power": power, "safety": float(is_safe(clearance, commanded, near))}
+        qualities = {"speed": speed, "power": power, "safety": float(is_safe(clearance, speed, near))}
         return qualities | ({"clearance": clearance} if math.isfinite(clearance) else {})
 
     @action("navigate_to", feedback=NavigationProgress)

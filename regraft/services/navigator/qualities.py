@@ -16,9 +16,9 @@ TURNING = 4.5
 """s of a drive from pose to pose that go into turning, speeding up and slowing down, in FROG's room."""
 
 
-def near_of(range_min: float, range_max: float) -> float:
+def near_of(range_min: float, range_max: float, share: float = NEAR_SHARE) -> float:
     """Return how near (m) is near to a lidar that measures from ``range_min`` to ``range_max`` (m)."""
-    return range_min + NEAR_SHARE * (range_max - range_min)
+    return range_min + share * (range_max - range_min)
 
 
 NEAR = near_of(usual.RANGE_MIN, usual.RANGE_MAX)
@@ -53,9 +53,18 @@ ROLLOUTS = Caution(near=0.08, full=0.77)
 PURSUIT = Caution(near=0.08, full=0.08)
 
 
-def is_safe(clearance: float, speed: float, near: float = NEAR) -> bool:
-    """Return whether it is safe to drive at ``speed`` (m/s) with the nearest echo at ``clearance`` (m)."""
-    return clearance > near or speed < SLOW
+def is_near(clearance: float, near: float = NEAR) -> bool:
+    """Return whether the nearest echo, at ``clearance`` (m), is near."""
+    return clearance < near
+
+
+def is_safe(clearance: float, speed: float, near: float = NEAR, slow: float = SLOW) -> bool:
+    """Return whether it is safe to drive at ``speed`` (m/s) with the nearest echo at ``clearance`` (m).
+
+    That is the one definition of FROG's requirement MoveSafely: nothing is nearer than ``near`` (m), or the speed is
+    below ``slow`` (m/s).
+    """
+    return not is_near(clearance, near) or abs(speed) < slow
 
 
 def drive_time(distance: float, speed: float) -> float:

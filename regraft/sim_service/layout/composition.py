@@ -17,8 +17,12 @@ class CompositionError(ValueError):
     """A world and its robots make no model; the message names the file and the robot."""
 
 
+def unchanged(spec: mujoco.MjSpec) -> None:
+    """Leave a world as its file has it."""
+
+
 def composed(
-    world: Path, robots: Sequence[RobotSpec], change: Callable[[mujoco.MjSpec], None] = lambda _: None
+    world: Path, robots: Sequence[RobotSpec], change: Callable[[mujoco.MjSpec], None] = unchanged
 ) -> mujoco.MjModel:
     """Return the compiled model of a world file with its robots; ``change`` may alter it before.
 

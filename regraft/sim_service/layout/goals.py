@@ -1,6 +1,8 @@
 """Where a robot must stand to look at things."""
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import cv2
@@ -54,16 +56,28 @@ def viewing_goals(
     )
 
 
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """Have OpenCV start no threads: a process that is forked later would wait for them for ever."""
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        yield
+    finally:
+        cv2.setNumThreads(before)
+
+
 class _Search:
     def __init__(self, ground_map: GroundMap, start: Pose2D, radius: float) -> None:
         self._map = ground_map
         self._radius = radius
         free = (ground_map.occupancy == FREE).astype(np.uint8)
-        cells = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-        # The transform measures between the middles of cells; the obstacle begins half a cell earlier.
-        self._room = (cells - 0.5) * ground_map.resolution
-        passable = (self._room >= self._radius).astype(np.uint8)
-        _, self._regions = cv2.connectedComponents(passable, connectivity=4)
+        with _one_thread():
+            cells = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+            # The transform measures between the middles of cells; the obstacle begins half a cell earlier.
+            self._room = (cells - 0.5) * ground_map.resolution
+            passable = (self._room >= self._radius).astype(np.uint8)
+            _, self._regions = cv2.connectedComponents(passable, connectivity=4)
         has_room = ground_map.is_free(start.x, start.y)
         self._start_region = int(self._regions[ground_map.cell(start.x, start.y)]) if has_room else 0
         if self._start_region == 0:
@@ -105,9 +119,9 @@ class _Search:
         return min(room, ENOUGH_ROOM), pose
 
     def _outline(self, x: float, y: float, bearing: float, cells: npt.NDArray[np.bool_]) -> float:
-        """Return how far (m) the body reaches from (x, y) in a direction."""
+        """Return how far (m) the body reaches from its middle (x, y) in a direction."""
         step = self._map.resolution / 2.0
-        reach = step * max(cells.shape) * 2.0
+        reach = _diagonal(cells) * self._map.resolution
         farthest = 0.0
         for distance in np.arange(0.0, reach, step).tolist():
             if self._contains(cells, x + distance * math.cos(bearing), y + distance * math.sin(bearing)):
@@ -130,3 +144,9 @@ class _Search:
         row, column = self._map.cell(x, y)
         rows, columns = cells.shape
         return 0 <= row < rows and 0 <= column < columns and bool(cells[row, column])
+
+
+def _diagonal(cells: npt.NDArray[np.bool_]) -> float:
+    """Return the diagonal, in cells, of the rectangle around those that are set: none is farther from its middle."""
+    rows, columns = np.flatnonzero(cells.any(axis=1)), np.flatnonzero(cells.any(axis=0))
+    return math.hypot(float(rows[-1] - rows[0] + 1), float(columns[-1] - columns[0] + 1))

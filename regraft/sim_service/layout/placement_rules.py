@@ -6,6 +6,7 @@ body's outline (default: from its geoms). With `seen_by CAMERA` the whole body m
 unobstructed view. With `clear SITE METRES` the body's outline keeps this far from an MJCF site, such as a dock.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from regraft.sim_service.layout.footprints import body_radius
@@ -62,7 +63,7 @@ def _parse(scene: Scene, body: str, data: str) -> PlacementRule:
         raise SceneError(f"{scene.path}: body {body!r} can't be placed: it is not a child of the worldbody")
     if not scene.is_static(number):
         scene.free_joint_position(body)
-    values = _words(scene, body, data)
+    values = words_of(scene, f"place {body}", data, VALUES_PER_WORD)
     try:
         rule = PlacementRule(
             body=body,
@@ -90,18 +91,23 @@ def _radius(scene: Scene, body: str, number: int) -> float:
     return of_robots.get(body) or body_radius(scene, number)
 
 
-def _words(scene: Scene, body: str, data: str) -> dict[str, list[str]]:
+def words_of(scene: Scene, text: str, data: str, known: Mapping[str, int]) -> dict[str, list[str]]:
+    """Return the values of each word of a rule; ``known`` has how many each word takes.
+
+    Raises:
+        SceneError: a word is unknown, given twice, or lacks values; names the text that has the rule.
+    """
     words = data.split()
     values: dict[str, list[str]] = {}
     while words:
         word = words.pop(0)
-        if word not in VALUES_PER_WORD:
-            known = ", ".join(VALUES_PER_WORD)
-            raise SceneError(f"{scene.path}: text 'place {body}': unknown word {word!r}; known are: {known}")
+        if word not in known:
+            there = ", ".join(known)
+            raise SceneError(f"{scene.path}: text {text!r}: unknown word {word!r}; known are: {there}")
         if word in values:
-            raise SceneError(f"{scene.path}: text 'place {body}': {word!r} is given twice")
-        count = VALUES_PER_WORD[word]
+            raise SceneError(f"{scene.path}: text {text!r}: {word!r} is given twice")
+        count = known[word]
         if len(words) < count:
-            raise SceneError(f"{scene.path}: text 'place {body}': {word!r} needs {count} value(s)")
+            raise SceneError(f"{scene.path}: text {text!r}: {word!r} needs {count} value(s)")
         values[word], words = words[:count], words[count:]
     return values

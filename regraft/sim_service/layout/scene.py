@@ -2,7 +2,7 @@
 
 import copy
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from regraft.sim_service.layout.composition import CompositionError, composed
+from regraft.sim_service.layout.composition import CompositionError, composed, unchanged
 from regraft.sim_service.robots import RobotSpec
 
 KINDS = {
@@ -23,6 +23,7 @@ KINDS = {
     "actuator": (mujoco.mjtObj.mjOBJ_ACTUATOR, "nu"),
     "text": (mujoco.mjtObj.mjOBJ_TEXT, "ntext"),
     "tuple": (mujoco.mjtObj.mjOBJ_TUPLE, "ntuple"),
+    "material": (mujoco.mjtObj.mjOBJ_MATERIAL, "nmat"),
 }
 
 
@@ -39,6 +40,8 @@ class Scene:
     fingerprint: str
     """SHA-256 of the compiled world, robots included."""
     robots: tuple[RobotSpec, ...] = ()
+    change: Callable[[mujoco.MjSpec], None] = unchanged
+    """Makes of the world's file what was compiled; for who compiles it again."""
 
     def new_model(self) -> mujoco.MjModel:
         """Return a copy of the model that the caller may change."""
@@ -125,8 +128,12 @@ class Scene:
         return joint
 
 
-def load_scene(path: str | Path, robots: Sequence[RobotSpec] = ()) -> Scene:
-    """Load a world's MJCF file and those of its robots, and compile them into one.
+def load_scene(
+    path: str | Path, robots: Sequence[RobotSpec] = (), change: Callable[[mujoco.MjSpec], None] = unchanged
+) -> Scene:
+    """Load a world's MJCF file and those of its robots, and compile them into one; ``change`` may alter it before.
+
+    A world whose room is drawn is loaded by `regraft.sim_service.rooms.loading.load_world`.
 
     Raises:
         SceneError: a file is missing or MuJoCo refuses it; MuJoCo's message names line and element.
@@ -135,12 +142,12 @@ def load_scene(path: str | Path, robots: Sequence[RobotSpec] = ()) -> Scene:
     if not file.is_file():
         raise SceneError(f"{file}: no such world file")
     try:
-        model = composed(file, robots)
+        model = composed(file, robots, change)
     except CompositionError as error:
         raise SceneError(str(error)) from error
     buffer: npt.NDArray[np.uint8] = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, buffer)
-    scene = Scene(file, model, hashlib.sha256(buffer.tobytes()).hexdigest(), tuple(robots))
+    scene = Scene(file, model, hashlib.sha256(buffer.tobytes()).hexdigest(), tuple(robots), change)
     for robot in robots:
         scene.index("body", robot.body)
     return scene

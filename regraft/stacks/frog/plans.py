@@ -14,12 +14,9 @@ from regraft.services.bt_executor.adaptation import (
     Connect,
     DesiredChange,
     SetParameters,
-    Step,
 )
+from regraft.services.bt_executor.adaptation.port_values.names import read_names
 from regraft.services.power_model import PICTURE_ENERGY
-
-SLOWEST, FASTEST, STEP = 0.10, 0.26, 0.08
-"""m/s: the least and greatest maximum velocity, and what one decision changes."""
 
 PICTURES_IN_THE_DARK = 3
 SPARE_PICTURES = 2
@@ -35,6 +32,7 @@ class AdjustMaxVelocity(AdaptPeriodically):
     subject_location = Input[Any](default="navigator", description="what drives")
     adaptation_subject = Input[Any](default="max_velocity", description="its parameter, in m/s")
     adaptation_period = Input[Any](default="3s", description="the interval")
+    speeds = Input[Any](default="0.10;0.18;0.26", description="what there is to choose from in m/s, as a;b")
     safety = Input(float, description="distance to the nearest obstacle as a share of the range, 0 to 1")
     leg_energy = Input(float, description="what driving to the present goal has taken, in J")
     too_near = Input(float, default=0.10, description="safety below which to slow down")
@@ -42,14 +40,23 @@ class AdjustMaxVelocity(AdaptPeriodically):
     too_much = Input(float, default=80.0, description="energy in J above which to slow down")
     little_enough = Input(float, default=78.0, description="energy in J below which to speed up")
 
-    def plan(self) -> Step | None:
-        """Return a step down or up."""
+    def plan(self) -> SetParameters | None:
+        """Return the next speed down or up."""
         safety, energy = self.safety, self.leg_energy
         if safety < self.too_near or energy > self.too_much:
-            return Step(*self.target(), -STEP, SLOWEST, FASTEST)
+            return self._next(-1)
         if safety > self.far_enough or energy < self.little_enough:
-            return Step(*self.target(), STEP, SLOWEST, FASTEST)
+            return self._next(+1)
         return None
+
+    def _next(self, step: int) -> SetParameters:
+        component, parameter = self.target()
+        now = float(self.current(component, parameter))
+        speeds = sorted(map(float, read_names(self.speeds)))
+        beyond = [speed for speed in speeds if (speed - now) * step > 0.0]
+        ends = speeds[0] if step < 0 else speeds[-1]
+        chosen = min(beyond, key=lambda speed: abs(speed - now), default=ends)
+        return SetParameters(component, {parameter: chosen})
 
 
 class AdjustDetectionAttempts(AdaptOnStart):
@@ -70,15 +77,39 @@ class AdjustDetectionAttempts(AdaptOnStart):
 
     def plan(self) -> list[DesiredChange]:
         """Return the camera, and how many pictures to take."""
+        return self.looking(*self.choice())
+
+    def choice(self) -> tuple[str, int]:
+        """Return the camera's topic, and how many pictures to take."""
         reserve = (max(0, self.looks_left) + SPARE_PICTURES) * self.picture_energy
         left, is_dark = self.energy_left, self.darkness > self.dark_above
         if left <= 0.0 or (is_dark and left < reserve):
-            return self._looking(self.other_camera, 1)
-        return self._looking(self.own_camera, PICTURES_IN_THE_DARK if is_dark else 1)
+            return self.other_camera, 1
+        return self.own_camera, PICTURES_IN_THE_DARK if is_dark else 1
 
-    def _looking(self, topic: str, pictures: int) -> list[DesiredChange]:
+    def looking(self, topic: str, pictures: int, **others: float) -> list[DesiredChange]:
+        """Return the changes to the detector."""
         detector = str(self.read_port("subject_location"))
-        return [Connect(detector, "image", topic), SetParameters(detector, {"pictures": pictures})]
+        return [Connect(detector, "image", topic), SetParameters(detector, {"pictures": pictures, **others})]
 
 
-PLANS = [AdjustMaxVelocity, AdjustDetectionAttempts]
+class AdjustDetectionPauses(AdjustDetectionAttempts):
+    """The same with what other strategies may use, too: pauses, and a monitor of the other camera's pictures.
+
+    The other camera takes over no more while its pictures are faulty. The robot then looks for itself as long as there
+    is energy left: by single pictures far apart, as it sees little.
+    """
+
+    other_faults = Input(float, description="how many faults there are in the other camera's pictures")
+    pause = Input(float, default=1.0, description="the usual time before a picture, in s")
+    long_pause = Input(float, default=3.0, description="the time where little is seen, in s")
+
+    def plan(self) -> list[DesiredChange]:
+        """Return the camera, how many pictures to take, and the time before each."""
+        topic, pictures = self.choice()
+        if topic == self.other_camera and self.other_faults > 0.0 and self.energy_left >= self.picture_energy:
+            return self.looking(self.own_camera, 1, interval=self.long_pause)
+        return self.looking(topic, pictures, interval=self.pause)
+
+
+PLANS = [AdjustMaxVelocity, AdjustDetectionAttempts, AdjustDetectionPauses]

@@ -25,19 +25,19 @@ from regraft.services.bt_executor.quality import (
     at_most,
     close_to,
 )
+from regraft.services.navigator.qualities import is_safe, near_of
 from regraft.services.power_model import IDLE_POWER, LIDAR_POWER, PICTURE_ENERGY
+from regraft.stacks.frog.utility import BUDGET, within_budget
 
 SAFETY, MOVEMENT_EFFICIENCY, TASK_EFFICIENCY, POWER = "Safety", "MovementEfficiency", "TaskEfficiency", "Power"
-
-TASK_PICTURES = 4 * 5 * 2 * 3
-"""Pictures within the published budget: 4 places, 5 calls at each, and 2 x (2 + 1) more a call."""
 
 
 class MoveSafely(TaskLevelQR):
     """B1-1: drives slower than 0.18 m/s while something is within the first tenth of the lidar's range.
 
-    Satisfied while nothing is that near, or the robot is that slow. The metric is the distance to the nearest
-    obstacle as a share of the lidar's range, in [0, 1].
+    Satisfied while nothing is nearer, or the robot is slower, by what is measured at that moment: the analysis and the
+    rewards go by the same function. The metric is the distance to the nearest obstacle as a share of the lidar's range,
+    in [0, 1].
     """
 
     attribute = SAFETY
@@ -56,7 +56,7 @@ class MoveSafely(TaskLevelQR):
 
     def is_satisfied(self, metric: float) -> bool:
         """Return whether nothing is near, or the robot slow."""
-        return metric > self.near or abs(self.speed) < self.slow
+        return is_safe(self.nearest, self.speed, near_of(self.range_min, self.range_max, self.near), self.slow)
 
 
 class MoveQuickly(TaskLevelQR):
@@ -117,41 +117,74 @@ class MovePowerEfficiently(TaskLevelQR):
         return at_most(metric, self.acceptable, within=self.acceptable)
 
 
-class DetectEffectively(TaskLevelQR):
-    """B1-5: sees the object as often as possible; the metric is the share of the pictures in which it was seen.
-
-    Pictures and hits are counted since the mission was loaded, each call once, when its answer is in.
-    """
+class HitCounting(TaskLevelQR):
+    """The base of what counts pictures and hits since the mission was loaded: each call once, when it is answered."""
 
     attribute = TASK_EFFICIENCY
 
     hits = Input(int, description="in how many pictures of the last call the object was seen")
     looked = Input(int, description="how many pictures of the last call were looked at")
-    acceptable = Input(float, default=0.5, description="the share that will just do")
 
     def __init__(self, setup: NodeSetup, context: QualityTeller) -> None:
         super().__init__(setup, context)
         self._answers: Writes | None = None
-        self._hits = self._pictures = 0
+        self.hits_so_far = self.pictures_so_far = 0
 
     def on_start(self) -> None:
         """Wait for the next answer."""
         self._answers = Writes(self, "hits")
 
-    def measure(self) -> float | None:
-        """Return the share so far, None before the first picture."""
-        if self._answers is not None and self._answers.are_new():
-            self._hits += self.hits
-            self._pictures += self.looked
-        return self._hits / self._pictures if self._pictures else None
+    def counts(self) -> bool:
+        """Return whether the last answer is one to count."""
+        return True
+
+    def count(self) -> None:
+        """Count an answer that is new."""
+        if self._answers is not None and self._answers.are_new() and self.counts():
+            self.hits_so_far += self.hits
+            self.pictures_so_far += self.looked
 
     def on_end(self, status: Status) -> float | None:
         """Count the answer with which the task ended."""
         return self.measure()
 
+
+class DetectEffectively(HitCounting):
+    """B1-5: sees the object as often as possible; the metric is the share of the pictures in which it was seen."""
+
+    acceptable = Input(float, default=0.5, description="the share that will just do")
+
+    def measure(self) -> float | None:
+        """Return the share so far, None before the first picture."""
+        self.count()
+        return self.hits_so_far / self.pictures_so_far if self.pictures_so_far else None
+
     def degree_of(self, metric: float) -> float:
         """Return 1 from twice the share that will just do on."""
         return at_least(metric, self.acceptable, within=self.acceptable)
+
+
+class CameraHitRate(HitCounting):
+    """Learns how often one camera sees the object, or any if none is named, and requires nothing.
+
+    The metric is (hits + 1) / (pictures + 2) of that camera, by Laplace's rule: one half before its first picture.
+    """
+
+    image_topic = Input(str, description="the topic that the last pictures came from")
+    camera = Input(str, default="corner_camera/image", description="the topic of its pictures; empty: any")
+
+    def data_ports(self) -> tuple[str, ...]:
+        """Return none: before the first picture the rate is known to be one half."""
+        return ()
+
+    def counts(self) -> bool:
+        """Return whether the pictures are the camera's."""
+        return self.camera in ("", self.image_topic)
+
+    def measure(self) -> float | None:
+        """Return the rate so far."""
+        self.count()
+        return (self.hits_so_far + 1) / (self.pictures_so_far + 2)
 
 
 class DetectPowerEfficiently(TaskLevelQR):
@@ -168,7 +201,7 @@ class DetectPowerEfficiently(TaskLevelQR):
     image_topic = Input(str, default="camera/image", description="the topic that they came from")
     own_camera = Input(str, default="camera/image", description="the topic of the robot's own pictures")
     picture_energy = Input(float, default=PICTURE_ENERGY, description="what one takes, in J")
-    budget = Input(float, default=TASK_PICTURES * PICTURE_ENERGY, description="what all may take, in J")
+    budget = Input(float, default=BUDGET, description="what all may take, in J")
     energy_left = Output(float, description="what is left of the budget, in J; less than 0 if it was overdrawn")
 
     def __init__(self, setup: NodeSetup, context: QualityTeller) -> None:
@@ -206,7 +239,7 @@ class DetectPowerEfficiently(TaskLevelQR):
 
     def is_satisfied(self, metric: float) -> bool:
         """Return whether it is within the budget."""
-        return metric <= self.budget
+        return within_budget(metric, self.budget)
 
 
 class MinBatteryNavigation(TaskLevelQR):
@@ -271,6 +304,7 @@ REQUIREMENTS = [
     MoveQuickly,
     MovePowerEfficiently,
     DetectEffectively,
+    CameraHitRate,
     DetectPowerEfficiently,
     MinBatteryNavigation,
     MinBatterySystem,

@@ -1,8 +1,8 @@
 """Evaluation B of ReBeT: does adapting the architecture pay? (E. G. Alberts et al., ACSOS 2024, section IV-B.)
 
-``published`` runs the plans as they were published, faults included; ``corrected`` runs FROG's own, a planner that
-forecasts, and fixed policies as a guard against an empty win: in the open, and with the corner camera blocked for 30 %
-of the time.
+``published`` runs the plans as they were published, faults included. ``corrected`` compares ways to decide that have
+the same options, fixed rules and controls: in the open, with the corner camera blocked for 30 % of the time, and in
+rooms that differ. `regraft.stacks.frog.studies.arms` has them.
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 from random import Random
-from typing import Any
 
 from regraft.evaluation.study import Changes, Configuration, Study
 from regraft.stacks.frog.studies.architecture_report import report
-from regraft.stacks.frog.studies.blocking import SECONDS, blocked
+from regraft.stacks.frog.studies.arms.arms import configurations, mission
+from regraft.stacks.frog.studies.arms.columns import COLUMNS
+from regraft.stacks.frog.studies.blocking import SECONDS
 
 FOLDER = Path(__file__).parents[1]
-OPEN, BLOCKED = "open", "blocked"
 PHASE, PHASE_SPREAD = 51.8, 0.7
 """s: where the light is when a mission begins, and its standard deviation in the published runs."""
 MAPPING = [
@@ -50,8 +50,12 @@ POSE = [
 CORNER_HEALTH = {"topic": "corner_health", "field": "faults", "reduce": "length", "entry": "corner_faults", "rate": 2}
 FROG = "regraft.stacks.frog"
 NODES = f"{FROG}.quality:REQUIREMENTS {FROG}.plans:PLANS {FROG}.studies.published_plans:NODES"
+RAYS = {"parameters": {"renderer": "ray"}}
+"""Draws equal pictures on every machine: results can be made again where OpenGL differs, or is not there."""
 ADDITIONS: Changes = {
     "components": {
+        "camera": RAYS,
+        "corner_camera": RAYS,
         "navigator": {"parameters": {"max_velocity": 0.26}},
         "system_reflection": {"parameters": {"mapping": MAPPING}},
         "bt_executor": {"parameters": {"nodes": NODES}},
@@ -79,43 +83,17 @@ PLANNING: Changes = {
 }
 
 
-def mission(name: str) -> Changes:
-    """Return what has the robot run a mission."""
-    return {"components": {"bt_executor": {"parameters": {"mission": f"missions/{name}.xml"}}}}
-
-
-def driving(velocity: float) -> Changes:
-    """Return what has the robot begin with a maximum velocity (m/s)."""
-    return {"components": {"navigator": {"parameters": {"max_velocity": velocity}}}}
-
-
 def timing_only(number: int) -> Changes:
     """Return how runs of one seed differ: by where the light is when the mission begins."""
     phase = PHASE + Random(f"timing {number}").gauss(0.0, PHASE_SPREAD)
     return {"components": {"lighting": {"parameters": {"phase": round(phase, 3)}}}}
 
 
-def _always(*changes: Changes) -> Callable[[int], Changes]:
+def _always(changes: Changes) -> Callable[[int], Changes]:
     def given(seed: int) -> Changes:
-        return _joined(*changes)
+        return changes
 
     return given
-
-
-def _while_blocked(*changes: Changes) -> Callable[[int], Changes]:
-    def given(seed: int) -> Changes:
-        failing = {"components": {"corner_camera": {"parameters": {"failures": blocked(seed)}}}}
-        return _joined(*changes, failing)
-
-    return given
-
-
-def _joined(*changes: Changes) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for each in changes:
-        for key, value in each.items():
-            found[key] = _joined(found[key], value) if key in found and isinstance(value, dict) else value
-    return found
 
 
 PUBLISHED = (
@@ -125,32 +103,14 @@ PUBLISHED = (
         "external", "a bandit with the published reward for the speed", _always(mission("published_external"))
     ),
 )
-ARMS: tuple[tuple[str, str, tuple[Changes, ...]], ...] = (
-    ("baseline", "0.26 m/s, one picture of the own camera", (mission("rounds_baseline"),)),
-    ("internal", "internal plans for speed and pictures", (mission("rounds_internal"),)),
-    ("external", "a bandit for the speed, the internal plan for pictures", (mission("rounds_external"),)),
-    ("planned", "the forecast chooses among 0.10, 0.17 and 0.26 m/s, and how to look", (mission("rounds_planned"),)),
-    (
-        "planned-018",
-        "the same among the published speeds, 0.10, 0.18 and 0.26 m/s",
-        (mission("rounds_planned_018"),),
-    ),
-    ("always-0.26", "0.26 m/s, the internal plan for pictures", (mission("rounds_pictures"),)),
-    ("always-0.17", "0.17 m/s, the internal plan for pictures", (mission("rounds_pictures"), driving(0.17))),
-    ("always-0.10", "0.10 m/s, the internal plan for pictures", (mission("rounds_pictures"), driving(0.10))),
-    ("always-external", "0.26 m/s, the corner camera", (mission("rounds_corner"),)),
-)
-CORRECTED = (
-    *(Configuration(name, text, _always(PLANNING, *changes), OPEN) for name, text, changes in ARMS),
-    *(Configuration(name, text, _while_blocked(PLANNING, *changes), BLOCKED) for name, text, changes in ARMS),
-)
 STUDY = Study(
     "frog-architecture",
     "Does adapting the architecture raise FROG's utility?",
     FOLDER / "rounds.yaml",
-    {"published": PUBLISHED, "corrected": CORRECTED},
+    {"published": PUBLISHED, "corrected": tuple(configurations(PLANNING))},
     report,
     ADDITIONS,
     timing_only,
     SECONDS,
+    measures=COLUMNS,
 )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 
 from regraft.evaluation.reports.figures import NEEDS, drawn
 from regraft.evaluation.reports.markdown import UNKNOWN, mean_and_sd, number, p_value, table
@@ -20,49 +19,16 @@ from regraft.evaluation.reports.sections import (
 )
 from regraft.evaluation.rows import Rows
 from regraft.evaluation.statistics.samples import summary
-from regraft.evaluation.study import Measure, Report, Results
+from regraft.evaluation.study import Report, Results
 from regraft.stacks.frog.studies import rounds_measures as measures
 from regraft.stacks.frog.studies.architecture_figures import figures
+from regraft.stacks.frog.studies.arms.columns import AS_PUBLISHED, CORRECTED, SENSITIVITY
 from regraft.stacks.frog.studies.published_results import PUBLISHED, PUBLISHED_P
 from regraft.stacks.frog.studies.reactions_table import reactions_table
 from regraft.stacks.frog.studies.rounds_recorder import REQUIREMENTS
+from regraft.stacks.frog.utility import SLOW, is_near
 
-BASELINE, PLANNED = "baseline", "planned"
-AS_PUBLISHED: dict[str, Measure] = {
-    "hits per call": measures.hits_per_look,
-    "hits per picture": measures.hits_per_picture,
-    "v/v_max": measures.published_velocity_ratio,
-    "1/W": measures.published_inverse_power,
-    "U_vis": measures.published_visiting_utility,
-    "U_det": measures.published_detecting_utility,
-    "U_vis, text": partial(measures.published_visiting_utility, satisfied=measures.text_satisfied),
-}
-"""``U_vis, text`` is U_vis with MoveSafely as the paper's text defines it."""
-CORRECTED: dict[str, Measure] = {
-    "U_vis": measures.visiting_utility,
-    "U_det": measures.detecting_utility,
-    "hits per picture": measures.hits_per_picture,
-    "within the budget": measures.within_budget_share,
-    "v/v_max": measures.velocity_ratio,
-    "1/W": measures.inverse_power,
-    "MoveSafely": measures.safe_share,
-    "near": measures.near_share,
-    "legs": measures.legs_driven,
-}
-
-
-def _at_most_slow(drive: measures.Drive) -> bool:
-    return measures.moves_safely(drive, lambda speed: speed <= measures.SLOW)
-
-
-SENSITIVITY: dict[str, Measure] = {
-    "U_vis": measures.visiting_utility,
-    "U_vis, ≤ 0.18 is slow": partial(measures.visiting_utility, satisfied=_at_most_slow),
-    "U_vis, W in J": partial(measures.visiting_utility, cost=measures.energy),
-    "U_vis, both": partial(measures.visiting_utility, satisfied=_at_most_slow, cost=measures.energy),
-    "U_det": measures.detecting_utility,
-    "U_det, per call": measures.published_detecting_utility,
-}
+BASELINE = "baseline"
 
 
 def report(results: Results) -> Report:
@@ -119,30 +85,8 @@ def _corrected(arms: Arms) -> list[str]:
     parts = ["## Utilities\n"]
     for scenario, keys in scenarios(arms).items():
         parts += [f"### {scenario}\n", measures_table(arms, CORRECTED, keys)]
-    planner = [
-        Claim(name, key, other)
-        for keys in scenarios(arms).values()
-        for key in keys
-        if arms.name(key) == PLANNED
-        for name in ("U_vis", "U_det")
-        for other in keys
-        if not other.startswith(PLANNED)
-    ]
-    adapted = [
-        Claim(name, key, baseline)
-        for keys in scenarios(arms).values()
-        for baseline in keys
-        if arms.name(baseline) == BASELINE
-        for key in keys
-        if arms.name(key) in ("internal", "external")
-        for name in ("U_vis", "U_det")
-    ]
     return [
         *parts,
-        "## Is the planner better than all others?\n",
-        comparisons_table(arms, planner, CORRECTED, 0.01),
-        "## Are internal and external better than the baseline?\n",
-        comparisons_table(arms, adapted, CORRECTED, 0.01),
         "## Sensitivity\n",
         measures_table(arms, SENSITIVITY),
         "## Intervals\n",
@@ -166,8 +110,8 @@ def _why(arms: Arms) -> str:
         drives = [drive for run in runs for drive in measures.drives_of(run.rows)]
         cells = []
         for near in (False, True):
-            own = [drive for drive in drives if measures.is_near(drive.nearest) is near]
-            slow = sum(drive.max_velocity < measures.SLOW for drive in own)
+            own = [drive for drive in drives if is_near(drive.nearest) is near]
+            slow = sum(drive.max_velocity < SLOW for drive in own)
             speed = sum(drive.speed for drive in own) / len(own) if own else float("nan")
             share = f"{slow / len(own):.0%}" if own else UNKNOWN
             cells += [f"{len(own) / len(drives):.0%}" if drives else UNKNOWN, share, number(speed)]

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from regraft.evaluation.rows import TIME, Rows
+from regraft.evaluation.study import Measure
 from regraft.stacks.frog.studies.exploring_recorder import CHARGING
 
 LIMIT = 0.90
@@ -67,3 +70,67 @@ def finished_at(rows: Rows) -> float:
     """Return when the mission was over (s); NaN if it was not."""
     over = [t for t, task in zip(rows.number(TIME), rows.text("task"), strict=True) if task in ("succeeded", "failed")]
     return over[0] if over else math.nan
+
+
+def lowest_charge(rows: Rows) -> float:
+    """Return the lowest charge, in [0, 1]; NaN if it was never known."""
+    return min(_known(rows, "charge"), default=math.nan)
+
+
+def charging_share(rows: Rows) -> float:
+    """Return the share of the seconds in which the robot went charging or charged."""
+    tasks = rows.text("task")
+    return sum(task == CHARGING for task in tasks) / len(tasks) if tasks else math.nan
+
+
+def energy_drawn(rows: Rows) -> float:
+    """Return what the robot drew (J); a row is a second."""
+    return sum(_known(rows, "power"))
+
+
+def energy_charged(rows: Rows) -> float:
+    """Return what the charger gave (J)."""
+    return sum(_known(rows, "charger_power"))
+
+
+def distance(rows: Rows) -> float:
+    """Return how far the robot drove (m), from second to second."""
+    places = [place for place in zip(rows.number("x"), rows.number("y"), strict=True) if math.isfinite(sum(place))]
+    return sum(math.dist(one, other) for one, other in pairwise(places))
+
+
+def _known(rows: Rows, name: str) -> Sequence[float]:
+    return [value for value in rows.number(name) if math.isfinite(value)]
+
+
+def _last(name: str) -> Measure:
+    def last(rows: Rows) -> float:
+        values = _known(rows, name)
+        return values[-1] if values else math.nan
+
+    return last
+
+
+def _count(rows: Rows) -> float:
+    return float(len(violations(rows)))
+
+
+def _answered(rows: Rows) -> float:
+    return float(sum(violation.is_answered for violation in violations(rows)))
+
+
+COLUMNS: dict[str, Measure] = {
+    "violations": _count,
+    "violations answered": _answered,
+    "satisfied": satisfied_share,
+    "lowest charge": lowest_charge,
+    "charges": _last("charges"),
+    "charging": charging_share,
+    "finished at (s)": finished_at,
+    "frontiers left": _last("frontiers_left"),
+    "energy drawn (J)": energy_drawn,
+    "energy charged (J)": energy_charged,
+    "distance (m)": distance,
+    "contacts": _last("contacts"),
+}
+"""The figures of a run, by name: each is a column of the results."""

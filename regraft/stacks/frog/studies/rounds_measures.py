@@ -1,7 +1,7 @@
 """The worth of a run of FROG's rounds: the utilities of ReBeT's evaluation, as published and corrected.
 
-Both are computed from the same rows. *Published* follows the published analysis, faults included; *corrected* follows
-the paper's text and intent. ``docs/evaluation.md`` lists the faults.
+Both are computed from the same rows. *Published* follows the published analysis, faults included; *corrected* goes by
+`regraft.stacks.frog.utility`, the one definition. ``docs/evaluation.md`` lists the faults.
 """
 
 from __future__ import annotations
@@ -12,13 +12,11 @@ from dataclasses import dataclass
 
 from regraft.evaluation.rows import TIME, Rows
 from regraft.services.power_model import PICTURE_ENERGY, motion_power
-from regraft.stacks.frog.quality import TASK_PICTURES
+from regraft.stacks.frog import utility
+from regraft.stacks.frog.utility import BUDGET, FASTEST, SLOW, is_near
 
-FASTEST = 0.26
-SLOW = 0.18
 RANGE_MIN, RANGE_MAX, NEAR = 0.12, 3.5, 0.10
 DRIVING_FROM = 0.03
-BUDGET = TASK_PICTURES * PICTURE_ENERGY
 OWN_TOPIC = "camera/image"
 SAMPLE_INTERVAL = 2.0
 """s between the samples of power that the published leg "power" adds up."""
@@ -31,11 +29,6 @@ def share_of_range(nearest: float) -> float:
     (0.1, 1.0)
     """
     return min(max((nearest - RANGE_MIN) / (RANGE_MAX - RANGE_MIN), 0.0), 1.0)
-
-
-def is_near(nearest: float) -> bool:
-    """Return whether something is within the first tenth of the lidar's range: 0.458 m."""
-    return share_of_range(nearest) < NEAR
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,30 +67,70 @@ def legs_of(drives: Sequence[Drive]) -> dict[int, list[Drive]]:
 
 # --- visiting, corrected ---
 
-
-def moves_safely(drive: Drive, slow: Callable[[float], bool] = lambda speed: speed < SLOW) -> bool:
-    """Return whether MoveSafely is satisfied: nothing is near, or the commanded maximum is below 0.18 m/s."""
-    return not is_near(drive.nearest) or slow(drive.max_velocity)
+Leg = Sequence[Drive]
 
 
-def mean_power(leg: Sequence[Drive]) -> float:
+def moves_safely(drive: Drive) -> bool:
+    """Return whether MoveSafely is satisfied at the end of the second, where distance and speed are of one instant."""
+    return utility.moves_safely(drive.nearest, drive.speed_now)
+
+
+def at_most_slowly(drive: Drive) -> bool:
+    """Return the same where exactly 0.18 m/s is slow, too."""
+    return not is_near(drive.nearest) or drive.speed_now <= SLOW
+
+
+def is_commanded_safely(drive: Drive) -> bool:
+    """Return the same by the commanded maximum in place of the measured speed."""
+    return not is_near(drive.nearest) or drive.max_velocity < SLOW
+
+
+def moves_safely_on_average(drive: Drive) -> bool:
+    """Return the same by the mean speed of the second."""
+    return utility.moves_safely(drive.nearest, drive.speed)
+
+
+def speed_now(drive: Drive) -> float:
+    """Return the speed at the end of the second (m/s)."""
+    return drive.speed_now
+
+
+def mean_speed(drive: Drive) -> float:
+    """Return the mean speed of the second (m/s)."""
+    return drive.speed
+
+
+def mean_power(leg: Leg) -> float:
     """Return a leg's mean power of the drive (W)."""
     return sum(drive.power for drive in leg) / len(leg)
 
 
-def energy(leg: Sequence[Drive]) -> float:
+def energy(leg: Leg) -> float:
     """Return a leg's energy of the drive (J); a row is a second."""
     return sum(drive.power for drive in leg)
 
 
-def visiting_utility(
+def visiting_utility(rows: Rows) -> float:
+    """Return the mean of the utility over the seconds of driving; NaN without any."""
+    return _mean([utility.driving_utility(drive.nearest, drive.speed_now) for drive in drives_of(rows)])
+
+
+def other_visiting_utility(
     rows: Rows,
     satisfied: Callable[[Drive], bool] = moves_safely,
-    cost: Callable[[Sequence[Drive]], float] = mean_power,
+    speed: Callable[[Drive], float] = speed_now,
+    cost: Callable[[Leg], float] | None = None,
 ) -> float:
-    """Return the mean of I{MoveSafely} · v/v_max · 1/W over the seconds of driving; NaN without any."""
-    legs = legs_of(drives_of(rows))
-    values = [satisfied(drive) * min(drive.speed / FASTEST, 1.0) / cost(leg) for leg in legs.values() for drive in leg]
+    """Return the same by other readings of MoveSafely, of v, and of W.
+
+    W is the power at that speed, or what ``cost`` gives for the whole leg.
+    """
+    values = []
+    for leg in legs_of(drives_of(rows)).values():
+        of_leg = cost(leg) if cost else None
+        for drive in leg:
+            power = motion_power(speed(drive)) if of_leg is None else of_leg
+            values.append(satisfied(drive) * utility.velocity_share(speed(drive)) / power)
     return _mean(values)
 
 
@@ -203,12 +236,12 @@ def hits_per_look(rows: Rows) -> float:
 
 def within_budget_share(rows: Rows) -> float:
     """Return the share of all rows in which on-board pictures have taken at most the budget (J)."""
-    return _mean([float(energy <= BUDGET + 1e-6) for energy in rows.number("picture_energy")])
+    return _mean([float(utility.within_budget(taken)) for taken in rows.number("picture_energy")])
 
 
 def detecting_utility(rows: Rows) -> float:
     """Return hits per picture times the share of the time within the budget."""
-    return hits_per_picture(rows) * within_budget_share(rows)
+    return utility.detecting_utility(hits_per_picture(rows), within_budget_share(rows))
 
 
 def published_detecting_utility(rows: Rows) -> float:
@@ -232,12 +265,17 @@ def legs_driven(rows: Rows) -> float:
 
 def velocity_ratio(rows: Rows) -> float:
     """Return the mean of v/v_max over the seconds of driving."""
-    return _mean([min(drive.speed / FASTEST, 1.0) for drive in drives_of(rows)])
+    return _mean([utility.velocity_share(drive.speed_now) for drive in drives_of(rows)])
 
 
 def inverse_power(rows: Rows) -> float:
-    """Return the mean over the seconds of driving of 1/W, W being the leg's mean power."""
-    return _mean([1.0 / mean_power(leg) for leg in legs_of(drives_of(rows)).values() for _ in leg])
+    """Return the mean of 1/W over the seconds of driving."""
+    return _mean([1.0 / motion_power(drive.speed_now) for drive in drives_of(rows)])
+
+
+def energy_driven(rows: Rows) -> float:
+    """Return what driving took in all (J)."""
+    return sum(energy(leg) for leg in legs_of(drives_of(rows)).values())
 
 
 def published_velocity_ratio(rows: Rows) -> float:

@@ -13,7 +13,8 @@ from typing import Final
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.evaluation.rows import TIME, Rows
-from regraft.stacks.frog.studies.rounds_measures import OWN_TOPIC, SLOW, is_near
+from regraft.stacks.frog.studies.rounds_measures import OWN_TOPIC
+from regraft.stacks.frog.utility import SLOW, is_near
 
 DARK: Final = 0.70
 

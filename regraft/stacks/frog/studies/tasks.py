@@ -9,6 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from regraft.evaluation.study import Configuration, Study
+from regraft.stacks.frog.studies.exploring_measures import COLUMNS
 from regraft.stacks.frog.studies.tasks_report import report
 
 ADDITIONS = {
@@ -32,4 +33,5 @@ STUDY = Study(
     ADDITIONS,
     seconds=400.0,
     runs=10,
+    measures={"corrected": COLUMNS},
 )

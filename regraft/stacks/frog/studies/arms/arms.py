@@ -1,0 +1,105 @@
+"""The arms of evaluation B: ways to decide, each with all that any other may use, or a control of it.
+
+All that adapt have the speeds 0.10, 0.17 and 0.26 m/s, and decide on one every 250 ms. In that time a bandit's choice
+takes effect, within 0.1 s at 2.5 m/s², and its speed is measured. All have either camera, 1 or 3 pictures, and 1.0 or
+3.0 s before each. All have the budget's account and the corner camera's monitor.
+
+None knows whether the corner camera sees the hydrant: in the scenario ``rooms`` nobody could. The forecast begins with
+one half and learns from pictures, as the bandits do from rewards. The arms named ``published`` have the options of the
+publication.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, Final
+
+from regraft.evaluation.study import Changes, Configuration
+from regraft.stacks.frog.studies.arms.scenarios import ALL, BLOCKED, OPEN, ROOMS, SCENARIOS
+
+SPEED_ONLY: Final = (OPEN, ROOMS)
+"""The scenarios of an arm that differs from another in speed alone: ``blocked`` is ``open`` but for a camera."""
+
+
+@dataclass(frozen=True, slots=True)
+class Arm:
+    """A way to decide: its mission, what else is different in the stack, and the scenarios that it is tried in."""
+
+    name: str
+    text: str
+    mission: str
+    velocity: float | None = None
+    """m/s: the maximum to begin with, if not the greatest."""
+    scenarios: tuple[str, ...] = ALL
+
+    def changes(self) -> Changes:
+        """Return what is different in the stack file."""
+        changes = mission(self.mission)
+        return changes if self.velocity is None else joined(changes, driving(self.velocity))
+
+
+def mission(name: str) -> Changes:
+    """Return what has the robot run a mission."""
+    return {"components": {"bt_executor": {"parameters": {"mission": f"missions/{name}.xml"}}}}
+
+
+def driving(velocity: float) -> Changes:
+    """Return what has the robot begin with a maximum velocity (m/s)."""
+    return {"components": {"navigator": {"parameters": {"max_velocity": velocity}}}}
+
+
+def joined(*changes: Changes) -> dict[str, Any]:
+    """Return several changes as one: maps are merged."""
+    found: dict[str, Any] = {}
+    for each in changes:
+        for key, value in each.items():
+            found[key] = joined(found[key], value) if key in found and isinstance(value, dict) else value
+    return found
+
+
+PLANNED: Final = "0.10, 0.17 or 0.26 m/s, and how to look"
+ARMS: Final = (
+    # No adaptation is the same in all scenarios but rooms; it is in each, to be compared with.
+    Arm("baseline", "0.26 m/s, one picture of the own camera", "rounds_baseline"),
+    Arm("internal", "internal plans for speed and pictures", "rounds_internal_common"),
+    Arm("internal-published", "internal plans with the published options, every 3 s", "rounds_internal"),
+    Arm("external", "bandits for speed and pictures", "rounds_external_common"),
+    Arm(
+        "external-published",
+        "a bandit with the published speeds, every 3 s; the internal plan for pictures",
+        "rounds_external",
+    ),
+    Arm("planned", f"the forecast chooses {PLANNED}", "rounds_planned"),
+    Arm("planned-3s", f"the forecast chooses {PLANNED}; the speed every 3 s", "rounds_planned_3s", None, SPEED_ONLY),
+    Arm("planned-018", "the forecast with the published speeds", "rounds_planned_018", None, SPEED_ONLY),
+    Arm("planned-single", "the forecast; a look is one picture after 1 s", "rounds_planned_single"),
+    # The corner camera's pictures are faulty in one scenario only.
+    Arm(
+        "planned-unmonitored",
+        "the forecast without the corner camera's monitor",
+        "rounds_planned_unmonitored",
+        None,
+        (BLOCKED,),
+    ),
+    Arm("rules", "fixed rules: 0.17 m/s near things, the corner camera unless it is faulty", "rounds_rules"),
+    Arm("always-0.26", "0.26 m/s, the fixed rule for pictures", "rounds_pictures"),
+    Arm("always-0.17", "0.17 m/s, the fixed rule for pictures", "rounds_pictures", 0.17, SPEED_ONLY),
+    Arm("always-0.10", "0.10 m/s, the fixed rule for pictures", "rounds_pictures", 0.10, SPEED_ONLY),
+    Arm("always-external", "0.26 m/s, one picture of the corner camera", "rounds_corner"),
+)
+
+
+def configurations(additions: Changes) -> Iterator[Configuration]:
+    """Yield each arm in each of its scenarios; ``additions`` are what all have."""
+    for scenario, circumstances in SCENARIOS.items():
+        for arm in ARMS:
+            if scenario in arm.scenarios:
+                yield Configuration(arm.name, arm.text, _changes(arm, circumstances, additions), scenario)
+
+
+def _changes(arm: Arm, circumstances: Callable[[int], Changes], additions: Changes) -> Callable[[int], Changes]:
+    def changes(seed: int) -> Changes:
+        return joined(additions, arm.changes(), circumstances(seed))
+
+    return changes

@@ -1,0 +1,38 @@
+"""The circumstances in which the arms are compared, each drawn from the seed."""
+
+from __future__ import annotations
+
+from random import Random
+from typing import Final
+
+from regraft.evaluation.study import Changes
+from regraft.stacks.frog.studies.blocking import blocked
+
+OPEN, BLOCKED, ROOMS = "open", "blocked", "rooms"
+ALL: Final = (OPEN, BLOCKED, ROOMS)
+
+
+def in_the_open(seed: int) -> Changes:
+    """Return what is different in FROG's own room, in which the corner camera always sees the hydrant: nothing."""
+    return {}
+
+
+def while_blocked(seed: int) -> Changes:
+    """Return what has the corner camera of FROG's own room be black for 30 % of the time."""
+    return {"components": {"corner_camera": {"parameters": {"failures": blocked(seed)}}}}
+
+
+def in_other_rooms(seed: int) -> Changes:
+    """Return what gives each seed a room and a light of its own.
+
+    Walls, boxes and lamps are drawn by the world's rule. The corner camera may or may not see the hydrant. The light
+    comes and goes at another pace, begins elsewhere, and is not always gone at its darkest.
+    """
+    random = Random(f"light {seed}")
+    period = random.uniform(100.0, 250.0)
+    light = {"period": period, "phase": random.uniform(0.0, period), "darkest": random.uniform(0.6, 1.0)}
+    rounded = {name: round(value, 3) for name, value in light.items()}
+    return {"world": "rooms.xml", "components": {"lighting": {"parameters": rounded}}}
+
+
+SCENARIOS: Final = {OPEN: in_the_open, BLOCKED: while_blocked, ROOMS: in_other_rooms}
