@@ -216,6 +216,7 @@ class Member:
         runtime.work()
         self._settle()
         if step.round == 0:
+            runtime.reporter.beat_if_due()
             runtime.fire()
             self._settle()
         return error
