@@ -198,7 +198,7 @@ def test_a_campaign_ends_where_what_its_runs_are_made_of_changes(
     code, said = run(out, "--runs", "1", study="tests.evaluation.tiny:MOVED")
     changing.join()
     assert code == 1
-    assert "slow/001 was begun with other files (hash" in said
+    assert "slow/001 was made with other files (hash" in said
     assert not list(out.glob("runs/*/*"))
 
 

@@ -226,6 +226,14 @@ def read_run(home: Path, configuration: Configuration) -> RunRecord:
         raise BadRun(f"{home}: {type(error).__name__}: {error}") from None
 
 
+def renderer_of(home: Path) -> str:
+    """Return what drew the pictures of a finished run, empty if it had none."""
+    try:
+        return str(json.loads((home / RUN).read_text())["closing"]["renderer"] or "")
+    except (OSError, ValueError, KeyError, TypeError):
+        return ""
+
+
 def fingerprint_of(home: Path) -> Fingerprint | None:
     """Return the fingerprint of a finished run, None if it has none."""
     try:
