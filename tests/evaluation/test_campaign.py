@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from regraft.evaluation.campaign import Campaign, Wanted
 from regraft.evaluation.runs import run_process
 from regraft.evaluation.runs.attempts import AttemptLog, Outcome
 from regraft.evaluation.runs.fingerprint import SHOWN, code_hash
@@ -179,6 +180,19 @@ def test_a_folder_has_one_campaign_at_a_time(copied: Path) -> None:
     assert f"in use by another campaign (process {os.getpid()}, since 20" in said
     assert "name another --out" in said
     assert run(copied, "--resume")[0] == 0
+
+
+def test_a_run_is_watched_by_its_rows_also_where_the_stack_has_its_name_from_another_file(tmp_path: Path) -> None:
+    shutil.copy(ROOT / "tests" / "evaluation" / "tiny.yaml", tmp_path)
+    including = tmp_path / "including.yaml"
+    including.write_text("include: [tiny.yaml]\n")
+    study = replace(STUDY_OF_TINY, stack=including)
+    wanted = Wanted(study, "plain", tuple(study.configurations["plain"][:1]), 1, 1, study.seconds)
+    campaign, seen = Campaign(wanted, tmp_path / "out"), set[str]()
+    with campaign.opened(resume=False):
+        campaign.run(lambda progress: seen.update(progress.running), lambda _: None)
+    assert len(campaign.results().runs) == 1
+    assert seen & {f"slow/001 at {second} s" for second in range(1, 5)}
 
 
 def test_a_campaign_ends_where_what_its_runs_are_made_of_changes(

@@ -72,6 +72,11 @@ class Plan:
         """Return the name of its directory."""
         return f"{self.configuration.key}/{self.number:03d}"
 
+    @property
+    def system(self) -> str:
+        """Return the name of its system, which an included stack file may have; empty without one."""
+        return str(self._changed(plain_document(self.stack)).get("system", ""))
+
     def document(self) -> dict[str, Any]:
         """Return the stack file with all that is different; what it includes stays in files of its own."""
         return self._changed(yaml.safe_load(self.stack.read_text()))
@@ -132,7 +137,7 @@ def complete(plan: Plan, home: Path, closing: Mapping[str, Any], made_of: Finger
         BadRun: it did not come to its end, or not in a way that can be repeated.
         OSError: there is no room.
     """
-    system = home / str(closing.get("system") or plan.document().get("system", ""))
+    system = home / str(closing.get("system") or plan.system)
     if not (system / ROWS).is_file():
         raise BadRun(f"no rows were written: the stack needs a recorder with the parameter file: $RUN/{ROWS}")
     causes = causes_in(closing)
