@@ -23,6 +23,7 @@ from regraft.evaluation.runs.fingerprint import SHOWN, code_hash
 from regraft.evaluation.runs.folder_lock import held
 from tests.evaluation.app import command_line
 from tests.evaluation.tiny import STUDY as STUDY_OF_TINY
+from tests.support.frog import Load
 from tests.support.paths import ROOT
 from tests.support.waiting import PATIENCE, wait_until
 
@@ -180,6 +181,14 @@ def test_a_folder_has_one_campaign_at_a_time(copied: Path) -> None:
     assert f"in use by another campaign (process {os.getpid()}, since 20" in said
     assert "name another --out" in said
     assert run(copied, "--resume")[0] == 0
+
+
+def test_a_run_beside_busy_loops_does_not_fail_and_is_the_one_made_alone(whole: Path, tmp_path: Path) -> None:
+    with Load(4, apart=True):
+        code, said = run(tmp_path, "--runs", "1", "--configurations", "slow")
+    assert code == 0, said
+    assert [each.outcome for each in AttemptLog(tmp_path).read()] == [Outcome.KEPT]
+    assert contents(tmp_path).items() - contents(whole).items() == set()
 
 
 def test_a_run_is_watched_by_its_rows_also_where_the_stack_has_its_name_from_another_file(tmp_path: Path) -> None:

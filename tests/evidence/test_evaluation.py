@@ -37,7 +37,7 @@ def test_a_campaign_beside_twelve_busy_loops_fails_in_nothing_and_is_the_one_mad
     alone, loaded = tmp_path / "alone", tmp_path / "loaded"
     code, said = run(alone, "--definitions", "corrected", *arms, study="frog-architecture")
     assert code == 0, said
-    with Load(12):
+    with Load(12, apart=True):
         code, said = run(loaded, "--definitions", "corrected", *arms, "--parallel", "2", study="frog-architecture")
     print((loaded / "attempts.csv").read_text())
     assert code == 0, said
