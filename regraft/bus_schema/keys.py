@@ -127,8 +127,8 @@ class Keys:
         """Where a component puts the qualities that it measures (``*`` matches any component)."""
         return f"{self.system}/component/{component}/qualities"
 
-    def control(self, component: str, incarnation: int, verb: str) -> str:
-        """A control query of one run of a component (``verb`` ``*`` declares them all)."""
+    def control(self, component: str, incarnation: int | str, verb: str) -> str:
+        """A control query of one run of a component (``*`` asks any; ``verb`` ``*`` declares them all)."""
         return f"{self.system}/component/{component}/{incarnation}/{verb}"
 
     def request(self, service: str) -> str:

@@ -12,6 +12,7 @@ from typing import Any
 import uvicorn
 
 from regraft.dashboard_api.http.peers import KnownConnection
+from regraft.patience import Patience
 
 START_TIMEOUT = 5.0
 GRACE = 1
@@ -93,9 +94,9 @@ class HttpServer:
     def start(self) -> None:
         """Serve from now on; raises CannotServe."""
         self._thread.start()
-        deadline = time.monotonic() + START_TIMEOUT
+        within = Patience(START_TIMEOUT)
         while not self._server.started:
-            if not self._thread.is_alive() or time.monotonic() > deadline:
+            if not self._thread.is_alive() or within.is_over():
                 self.stop()
                 raise CannotServe(f"the HTTP server at {self.url} did not start; the log says more")
             time.sleep(POLL)

@@ -11,6 +11,7 @@ import json
 import os
 import shutil
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
@@ -22,7 +23,7 @@ from regraft.evaluation.runs.attempts import Attempt, AttemptLog, Cause, Outcome
 from regraft.evaluation.runs.fingerprint import SHOWN, code_hash
 from regraft.evaluation.runs.folder_lock import InUse, held
 from regraft.evaluation.runs.provenance import provenance
-from regraft.evaluation.runs.run_directory import BadRun, Plan, complete, fingerprint_of, prepare, read_run
+from regraft.evaluation.runs.run_directory import BadRun, Plan, complete, fingerprint_of, prepare, read_run, renderer_of
 from regraft.evaluation.runs.run_process import RunProcess
 from regraft.evaluation.study import Configuration, Failure, Results, RunRecord, Study
 
@@ -249,7 +250,7 @@ class Campaign:
             plan = process.plan
             try:
                 closing = process.closing()
-                self._check_unchanged(process)
+                self._check_unchanged(process, str(closing.get("renderer") or ""))
                 complete(plan, process.home, closing, process.made_of)
                 self._keep(process.home, self.home(plan))
             except BadRun as error:
@@ -261,13 +262,16 @@ class Campaign:
                 factor = closing.get("real_time_factor") or 0.0
                 say(f"{plan.name}, seed {plan.seed}: {process.seconds():.0f} s, {factor:.1f} x real time")
 
-    def _check_unchanged(self, process: RunProcess) -> None:
+    def _check_unchanged(self, process: RunProcess, renderer: str) -> None:
         how = process.made_of.differences(process.plan.fingerprint())
+        others = {renderer_of(self.home(plan)) for plan in self.wanted.plans() if self.home(plan).is_dir()}
+        if others - {renderer}:
+            how.append(f"another renderer ({', '.join(sorted(others))} in other runs, {renderer} in this one)")
         if how:
             self._note(process, Outcome.INTERRUPTED)
             raise CodeChanged(
-                f"{process.plan.name} was begun with {' and '.join(how)}: the campaign ends, since its runs would "
-                "differ; give it an installation of its own"
+                f"{process.plan.name} was made with {' and '.join(how)}: the campaign ends, since its runs would "
+                "differ; give it an installation of its own, and name the renderer by REGRAFT_RENDERER"
             )
 
     def _take_failure(self, process: RunProcess, error: BadRun, say: Say) -> None:
@@ -329,7 +333,8 @@ class Campaign:
         plans = [plan for plan in self.wanted.plans() if self.home(plan).is_dir()]
         made_of = {plan.name: fingerprint_of(self.home(plan)) for plan in plans}
         present = plans[0].fingerprint() if plans else None
-        return provenance(made_of, present, AttemptLog(self.folder).read())
+        renderers = Counter(renderer_of(self.home(plan)) for plan in plans)
+        return provenance(made_of, present, renderers, AttemptLog(self.folder).read())
 
 
 def _in_work(plan: Plan) -> str:

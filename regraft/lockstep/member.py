@@ -216,6 +216,7 @@ class Member:
         runtime.work()
         self._settle()
         if step.round == 0:
+            runtime.reporter.beat_if_due()
             runtime.fire()
             self._settle()
         return error
@@ -225,15 +226,16 @@ class Member:
         inbox, inbound = self._runtime.inbox, self._runtime.inbound
         for item in inbox.take_lazy():
             self._runtime.take(item)
-        if inbound.reaches(step.frontier):
+        if inbound.holds(step.frontier):
             return ""
         within, ask_at = Patience(INPUTS_TIMEOUT), time.monotonic() + ASK_TIMEOUT
         inbox.eager = True
         try:
-            while not inbound.reaches(step.frontier):
-                hopeless = time.monotonic() > ask_at and not inbound.ask_for_missing(step.frontier)
+            while not inbound.holds(step.frontier):
+                behind = inbound.reaches(step.frontier)  # by a marker, which comes behind what was put before it
+                hopeless = (behind or time.monotonic() > ask_at) and not inbound.ask_for_missing(step.frontier)
                 if hopeless or within.is_over():
-                    return f"{NOT_COME}: {inbound.missing(step.frontier)}"
+                    return "" if behind else f"{NOT_COME}: {inbound.missing(step.frontier)}"
                 self._pump_once()
             return ""
         finally:

@@ -31,10 +31,11 @@ class SourceInbox:
     def wait_for_inputs(self, frontier: Frontier, within: Patience) -> bool:
         """Wait until the source's own inputs have come as far as they are to be handled; returns whether they have."""
         inbound, ask_at = self._runtime.inbound, time.monotonic() + ASK_TIMEOUT
-        while not inbound.reaches(frontier):
-            hopeless = time.monotonic() > ask_at and not inbound.ask_for_missing(frontier)
+        while not inbound.holds(frontier):
+            behind = inbound.reaches(frontier)
+            hopeless = (behind or time.monotonic() > ask_at) and not inbound.ask_for_missing(frontier)
             if hopeless or within.is_over():
-                return False
+                return behind
             self.pump()
         return True
 

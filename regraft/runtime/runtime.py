@@ -135,6 +135,7 @@ class Runtime(Parts):
                 continue  # the component has failed in one before it
             self.guarded(timer.name, timer.call)
             self.work()
+            self.reporter.beat_if_due()  # many timers take long, and only one that does not return hangs
         self.timers.wake_sleepers(now)
         self.work()
 

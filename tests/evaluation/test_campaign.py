@@ -16,12 +16,14 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from regraft.evaluation.campaign import Campaign, Wanted
 from regraft.evaluation.runs import run_process
 from regraft.evaluation.runs.attempts import AttemptLog, Outcome
 from regraft.evaluation.runs.fingerprint import SHOWN, code_hash
 from regraft.evaluation.runs.folder_lock import held
 from tests.evaluation.app import command_line
 from tests.evaluation.tiny import STUDY as STUDY_OF_TINY
+from tests.support.frog import Load
 from tests.support.paths import ROOT
 from tests.support.waiting import PATIENCE, wait_until
 
@@ -181,6 +183,27 @@ def test_a_folder_has_one_campaign_at_a_time(copied: Path) -> None:
     assert run(copied, "--resume")[0] == 0
 
 
+def test_a_run_beside_busy_loops_does_not_fail_and_is_the_one_made_alone(whole: Path, tmp_path: Path) -> None:
+    with Load(4, apart=True):
+        code, said = run(tmp_path, "--runs", "1", "--configurations", "slow")
+    assert code == 0, said
+    assert [each.outcome for each in AttemptLog(tmp_path).read()] == [Outcome.KEPT]
+    assert contents(tmp_path).items() - contents(whole).items() == set()
+
+
+def test_a_run_is_watched_by_its_rows_also_where_the_stack_has_its_name_from_another_file(tmp_path: Path) -> None:
+    shutil.copy(ROOT / "tests" / "evaluation" / "tiny.yaml", tmp_path)
+    including = tmp_path / "including.yaml"
+    including.write_text("include: [tiny.yaml]\n")
+    study = replace(STUDY_OF_TINY, stack=including)
+    wanted = Wanted(study, "plain", tuple(study.configurations["plain"][:1]), 1, 1, study.seconds)
+    campaign, seen = Campaign(wanted, tmp_path / "out"), set[str]()
+    with campaign.opened(resume=False):
+        campaign.run(lambda progress: seen.update(progress.running), lambda _: None)
+    assert len(campaign.results().runs) == 1
+    assert seen & {f"slow/001 at {second} s" for second in range(1, 5)}
+
+
 def test_a_campaign_ends_where_what_its_runs_are_made_of_changes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -198,7 +221,7 @@ def test_a_campaign_ends_where_what_its_runs_are_made_of_changes(
     code, said = run(out, "--runs", "1", study="tests.evaluation.tiny:MOVED")
     changing.join()
     assert code == 1
-    assert "slow/001 was begun with other files (hash" in said
+    assert "slow/001 was made with other files (hash" in said
     assert not list(out.glob("runs/*/*"))
 
 

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
 
+from regraft.evaluation.runs.attempts import AttemptLog, Outcome
 from tests.evaluation.test_campaign import contents, run
+from tests.support.frog import Load
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(4 * 3600)]
+
+
+def digests(out: Path) -> dict[str, str]:
+    """Return the digest of each run of a campaign, by the run's name."""
+    paths = out.glob("runs/*/*/run.json")
+    return {
+        path.parent.relative_to(out).as_posix(): json.loads(path.read_text())["closing"]["digest"] for path in paths
+    }
 
 
 def test_equal_seeds_give_equal_rows_in_every_configuration(tmp_path: Path) -> None:
@@ -18,6 +29,21 @@ def test_equal_seeds_give_equal_rows_in_every_configuration(tmp_path: Path) -> N
         assert code == 0, said
     assert len(contents(tmp_path / "first")) == 2 * 9
     assert contents(tmp_path / "first") == contents(tmp_path / "second")
+
+
+def test_a_campaign_beside_twelve_busy_loops_fails_in_nothing_and_is_the_one_made_alone(tmp_path: Path) -> None:
+    """None of its runs had to be made again, and each has the digest of the same run alone."""
+    arms = ("--configurations", "internal.blocked,planned.blocked", "--runs", "2", "--for", "60")
+    alone, loaded = tmp_path / "alone", tmp_path / "loaded"
+    code, said = run(alone, "--definitions", "corrected", *arms, study="frog-architecture")
+    assert code == 0, said
+    with Load(12, apart=True):
+        code, said = run(loaded, "--definitions", "corrected", *arms, "--parallel", "2", study="frog-architecture")
+    print((loaded / "attempts.csv").read_text())
+    assert code == 0, said
+    assert [each.outcome for each in AttemptLog(loaded).read()] == [Outcome.KEPT] * 4
+    assert digests(loaded) == digests(alone)
+    assert contents(loaded) == contents(alone)
 
 
 def test_each_violation_of_the_battery_requirement_is_answered_in_nine_rooms_of_ten(tmp_path: Path) -> None:

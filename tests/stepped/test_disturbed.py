@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import threading
+from collections.abc import Callable
 
 import pytest
 
-from regraft import CallFailed, Component, Input, service
+from regraft import CallFailed, Component, Input, Output, every, service
+from regraft.bus.interface import Sample
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.protocol.clock import Wiring
 from regraft.bus_schema.messages.protocol.control import SetTransition
@@ -152,3 +154,54 @@ def test_a_holder_of_a_slot_that_waits_for_time_is_cancelled_and_time_goes_on(st
         steps.client.call("dawdle", Text(), Text, PATIENCE)
     steps.wait_for_time(steps.told().time / 1e9 + 1.0)
     assert "in a slot, only ask and compute" in steps.runtimes["dawdler"].reporter.status.error
+
+
+class Reporter(Component):
+    """Publishes the time once a second, and a marker right behind it, as for a reader that has just come."""
+
+    times = Output(Reading)
+
+    def on_configure(self) -> None:
+        self.mark: Callable[[], object] = lambda: None
+
+    @every(seconds=1.0)
+    def report(self) -> None:
+        self.times.publish(Reading(self.kit.now(), 0.0))
+        self.mark()
+
+
+class Clerk(Component):
+    """Writes down the times."""
+
+    times = Input(Reading, keep=100)
+
+    def __init__(self) -> None:
+        self.heard: list[float] = []
+
+    @every(seconds=1.0)
+    def write(self) -> None:
+        self.heard += [reading.stamp for reading in self.times.take()]
+
+
+def test_a_message_that_was_lost_before_a_marker_came_is_sent_again(steps: StepSite) -> None:
+    steps.start(Reporter, "reporter")
+    steps.start(Clerk, "clerk")
+    wait_until(lambda: {"reporter", "clerk"} <= steps.runtimes.keys(), "both to run")
+    steps.component("reporter").mark = steps.runtimes["reporter"].writers.mark_all
+    inbound = steps.runtimes["clerk"].inbound
+    lost: list[Sample] = []
+    arrive = inbound.arrive
+
+    def lose_one(sample: Sample) -> None:
+        if sample.key.endswith("/times") and len(sample.payload) and not lost:
+            lost.append(sample)
+        else:
+            arrive(sample)
+
+    inbound.arrive = lose_one  # type: ignore[method-assign]
+    steps.start_world(TinyWorld, ("reporter", "clerk"), 4.0)
+    assert steps.wait_finished().reproducible
+    assert lost
+    clerk: Clerk = steps.component("clerk")
+    assert clerk.heard == [1.0, 2.0, 3.0]
+    assert steps.runtimes["clerk"].reporter.status.lost == 0

@@ -117,8 +117,11 @@ def speed_of(twist: Any) -> float:
 class Load:
     """Busy loops beside the test, as separate processes."""
 
-    def __init__(self, count: int) -> None:
-        self._busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(count)]
+    def __init__(self, count: int, *, apart: bool = False) -> None:
+        """Start so many; ``apart`` from each other, each gets as much of the processors as all of the test."""
+        loop = [sys.executable, "-c", "while True: pass"]
+        # The kernel shares processors between sessions first (sched_autogroup).
+        self._busy = [subprocess.Popen(loop, start_new_session=apart) for _ in range(count)]
 
     def __enter__(self) -> Load:
         return self

@@ -15,12 +15,14 @@ from regraft.bus_schema.messages.protocol.clock import RunCause
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.client import Client, ClientError
 from regraft.component.errors import CallFailed
+from regraft.patience import stretched
 from regraft.system.launch import Running
 
 SERVICE = "run_summary"
 SUMMARIES = "summaries"
 """The field with the summary of each of several recorders."""
 SUMMARY_TIMEOUT = 10.0
+"""Seconds that each component that sums up the run has for it; more on a crowded machine."""
 DIGITS_SHOWN = 12
 
 
@@ -45,7 +47,7 @@ class SummaryAsked:
         try:
             with Client(running.bus, running.info.system) as client:
                 for component, service in services.items():
-                    found = client.call(service, RunSummaryRequest(), RunSummary, SUMMARY_TIMEOUT)
+                    found = client.call(service, RunSummaryRequest(), RunSummary, stretched(SUMMARY_TIMEOUT))
                     self.summaries[component] = found
         except (CallFailed, ClientError, BusError) as error:
             self.problem = str(error)

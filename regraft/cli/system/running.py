@@ -12,6 +12,7 @@ from regraft.cli.system.closing import Closing, SummaryAsked, plain_summary, sum
 from regraft.cli.system.display import Display, event_line, status_line
 from regraft.cli.system.watch import Watch
 from regraft.cli.terminal.output import seconds
+from regraft.patience import Patience
 from regraft.system.launch import Running
 
 TRANSITION = "component.transition"
@@ -50,7 +51,7 @@ class Run:
         self._next_look = self._next_show = self._next_progress = 0.0
         self._next_why = self._started + SAY_WHY_TIMEOUT
         self._url: str | None = None
-        self._finished_at: float | None = None
+        self._last_statuses: Patience | None = None
         self._asked: SummaryAsked | None = None
         self._stopping_shown = False
 
@@ -164,9 +165,9 @@ class Run:
             clock = watch.clock()
             if clock is None or not clock.finished:
                 return False
-            if self._finished_at is None:
-                self._finished_at = now
-            return self._up_at is not None or now - self._finished_at > LAST_STATUS_TIMEOUT
+            if self._last_statuses is None:
+                self._last_statuses = Patience(LAST_STATUS_TIMEOUT)
+            return self._up_at is not None or self._last_statuses.is_over()
         assert self._duration is not None
         return self._counting_from is not None and now - self._counting_from >= self._duration
 

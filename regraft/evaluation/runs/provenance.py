@@ -10,10 +10,17 @@ from regraft.evaluation.runs.fingerprint import SHOWN, Fingerprint
 
 
 def provenance(
-    made_of: Mapping[str, Fingerprint | None], present: Fingerprint | None, attempts: Sequence[Attempt]
+    made_of: Mapping[str, Fingerprint | None],
+    present: Fingerprint | None,
+    renderers: Mapping[str, int],
+    attempts: Sequence[Attempt],
 ) -> str:
-    """Return the section; ``made_of`` has each finished run by its name, ``present`` is what one is made of now."""
-    lines = [*_codes(made_of, present), *_versions(made_of), *repeats_text(attempts, made_of)]
+    """Return the section. ``made_of`` has each finished run by its name, ``present`` is what one is made of now.
+
+    ``renderers`` are what drew the pictures, each of so many runs.
+    """
+    drawn = [f"The pictures of {count} runs were drawn by {name}." for name, count in sorted(renderers.items()) if name]
+    lines = [*_codes(made_of, present), *_versions(made_of), *drawn, *repeats_text(attempts, made_of)]
     return "\n".join(["## How the runs were made", "", *(f"- {line}" for line in lines)]) + "\n"
 
 

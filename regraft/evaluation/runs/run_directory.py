@@ -73,6 +73,11 @@ class Plan:
         """Return the name of its directory."""
         return f"{self.configuration.key}/{self.number:03d}"
 
+    @property
+    def system(self) -> str:
+        """Return the name of its system, which an included stack file may have; empty without one."""
+        return str(self._changed(plain_document(self.stack)).get("system", ""))
+
     def document(self) -> dict[str, Any]:
         """Return the stack file with all that is different; what it includes stays in files of its own."""
         return self._changed(yaml.safe_load(self.stack.read_text()))
@@ -133,7 +138,7 @@ def complete(plan: Plan, home: Path, closing: Mapping[str, Any], made_of: Finger
         BadRun: it did not come to its end, or not in a way that can be repeated.
         OSError: there is no room.
     """
-    system = home / str(closing.get("system") or plan.document().get("system", ""))
+    system = home / str(closing.get("system") or plan.system)
     if not (system / ROWS).is_file():
         raise BadRun(f"no rows were written: the stack needs a recorder with the parameter file: $RUN/{ROWS}")
     causes = causes_in(closing)
@@ -242,6 +247,14 @@ def _made_with(about: Mapping[str, Any]) -> dict[str, str]:
         return {}
     named = sorted(made_of.dependencies.items())
     return {"code": made_of.code, "versions": ", ".join(f"{name} {value}" for name, value in named)}
+
+
+def renderer_of(home: Path) -> str:
+    """Return what drew the pictures of a finished run, empty if it had none."""
+    try:
+        return str(json.loads((home / RUN).read_text())["closing"]["renderer"] or "")
+    except (OSError, ValueError, KeyError, TypeError):
+        return ""
 
 
 def fingerprint_of(home: Path) -> Fingerprint | None:

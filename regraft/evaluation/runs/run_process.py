@@ -46,7 +46,7 @@ class RunProcess:
         self._ended: float | None = None
         self._size = 0
         self._stuck: Cause | None = None
-        self._rows = home / str(plan.document().get("system", "")) / ROWS
+        self._rows = home / plan.system / ROWS
         command = own_python("-m", "regraft.cli", "up", str(stack), "--headless", "--json", "--speed", "max")
         command += ["--seed", str(plan.seed), "--for", f"{plan.seconds:g}"]
         parent = os.getpid()

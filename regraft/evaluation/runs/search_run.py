@@ -17,7 +17,7 @@ from regraft.cli.system.closing import SUMMARY_TIMEOUT, plain_summary, summary_s
 from regraft.client import Client
 from regraft.evaluation.judgement import Judgement, JudgementRequest
 from regraft.evaluation.runs.stack_run import END_TIMEOUT, LOOK_INTERVAL, RunFailed, running, started
-from regraft.patience import Patience
+from regraft.patience import Patience, stretched
 
 MISSION_ENDS = ("mission.succeeded", "mission.failed", "mission.halted")
 TOLD = ("mission.", "world.contact", "sensor.", "mapper.", "adaptation.", "component.fault", "component.restarted")
@@ -76,7 +76,7 @@ def _watch(
                 raise RunFailed(f"simulated time stood still at {now:.2f} s, see {home / 'up.log'}")
             ended = min((event.stamp for event in events if event.kind in MISSION_ENDS), default=math.inf)
             if now >= min(at_most, max(at_least, ended + WORD_SPREADS)):
-                judgement = client.call("judgement", JudgementRequest(), Judgement, 20.0)
+                judgement = client.call("judgement", JudgementRequest(), Judgement, stretched(20.0))
                 return judgement, tuple(sorted(events, key=lambda event: event.stamp)), _summary(client)
     raise RunFailed(f"it ended by itself with exit code {process.returncode}, see {home / 'up.log'}")
 
@@ -84,7 +84,7 @@ def _watch(
 def _summary(client: Client) -> dict[str, Any]:
     """Return the summary of the run so far, empty where no component sums it up."""
     found = {
-        name: client.call(service, RunSummaryRequest(), RunSummary, SUMMARY_TIMEOUT)
+        name: client.call(service, RunSummaryRequest(), RunSummary, stretched(SUMMARY_TIMEOUT))
         for name, service in summary_services(client.architecture()).items()
     }
     return plain_summary(found)

@@ -2,9 +2,10 @@
 
 A lease cannot see a Python loop that hangs, so every component's own loop keeps a heartbeat. On a loaded machine a
 heartbeat may be late because a thread waits for a processor: one of the component's, of the hub's on its way, or of the
-host's own. Such waits (Linux's ``schedstat``) do not count as silence. Nor does the time that was taken from a virtual
-machine's processors: a thread on one then stops without waiting. Nor does a wait that the kernel does not interrupt
-(state D), for a slow disk above all. It ends by itself, and a kill does not end it sooner.
+host's own. Such waits (Linux's ``schedstat``) do not count as silence. They are counted from the first closer look on;
+those before it are estimated by how crowded the machine is then. Time that was taken from a virtual machine's
+processors does not count either: a thread on one then stops without waiting. Nor does a wait that the kernel does not
+interrupt (state D), for a slow disk above all. It ends by itself, and a kill does not end it sooner.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import os
 from dataclasses import dataclass, field
 
 from regraft.host.watchdog.proc_stats import Look, OpenWaits, Waits
+from regraft.patience import crowding
 
 HUNG_TIMEOUT = 0.45
 """Seconds of silence, waits for a processor apart, after which a loop counts as hung unless its class allows more."""
@@ -31,12 +33,13 @@ class _Watched:
     allowance: float
     last_beat: float
     waited_at: Waits | None = None
+    unseen: float = 0.0
     on_disk: float = 0.0
     told: bool = False
     account: str = ""
 
     def beats(self, now: float) -> None:
-        self.last_beat, self.waited_at, self.on_disk, self.told = now, None, 0.0, False
+        self.last_beat, self.waited_at, self.unseen, self.on_disk, self.told = now, None, 0.0, 0.0, False
 
 
 @dataclass(slots=True)
@@ -114,10 +117,11 @@ class Watchdog:
         for pid in on_the_way:
             waited |= look.processor_wait(pid)
         if watched.waited_at is None:
-            watched.waited_at = waited
+            watched.waited_at, watched.unseen = waited, silence * (1.0 - 1.0 / crowding())
         if any(look.waits_for_disk(pid) for pid in on_the_way):
             watched.on_disk += passed
-        forgiven = _forgiven(waited, watched.waited_at) + min(MAX_FORGIVEN_ON_DISK, watched.on_disk)
+        seen = _forgiven(waited, watched.waited_at)
+        forgiven = seen + watched.unseen + min(MAX_FORGIVEN_ON_DISK, watched.on_disk)
         watched.account = f"silent for {silence:.2f} s, of which {forgiven:.2f} s were waits of the machine"
         return silence - forgiven
 

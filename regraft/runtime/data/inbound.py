@@ -237,8 +237,16 @@ class Inbound:
 
     # --- in step ---
 
-    def reaches(self, frontier: Frontier) -> bool:
+    def holds(self, frontier: Frontier) -> bool:
         """Return whether everything up to ``frontier`` is here."""
+        return all(
+            self.stream(key, source).holds(sequence)
+            for key, sources in frontier.items()
+            for source, sequence in sources.items()
+        )
+
+    def reaches(self, frontier: Frontier) -> bool:
+        """Return whether everything up to ``frontier`` is here, or has got lost on its way or was not made."""
         return all(
             self.stream(key, source).reaches(sequence)
             for key, sources in frontier.items()
@@ -252,7 +260,7 @@ class Inbound:
         for key, sources in frontier.items():
             for source, sequence in sources.items():
                 stream = self.stream(key, source)
-                first = None if stream.reaches(sequence) else stream.first_missing(sequence)
+                first = stream.first_missing(sequence)
                 if first is not None and not self._repair.may_come((key, source), stream, first, sequence):
                     return False
         return True

@@ -27,7 +27,7 @@ RETRY_INTERVAL = 0.25
 NO_WRITER_TIMEOUT = 1.0
 """Seconds for which a writer that is not reached is tried: its link may be being opened again."""
 GIVE_UP_TIMEOUT = 6.0
-"""Seconds after which a writer that is there and does not answer is given up."""
+"""Seconds after which a writer that is there and does not answer is given up: it may be in a long step."""
 REST = 5.0
 """Seconds for which a component that cannot keep up asks for nothing again."""
 
@@ -43,6 +43,7 @@ class _Attempt:
     last: int
     asked: float = 0.0
     hopeless: bool = False
+    of_any_run: bool = False
     doubted: frozenset[int] = frozenset()
     reached: Patience = field(default_factory=lambda: Patience(NO_WRITER_TIMEOUT))
     answered: Patience = field(default_factory=lambda: Patience(GIVE_UP_TIMEOUT))
@@ -84,27 +85,35 @@ class Repair:
         self._attempts.pop(pair, None)
 
     def _ask(self, pair: Pair, stream: Stream, attempt: _Attempt) -> None:
+        began = time.monotonic()
+
         def done(answers: list[Answer]) -> None:
-            self._post(lambda: self._take(pair, attempt, answers))
+            waited = time.monotonic() - began
+            self._post(lambda: self._take(pair, attempt, answers, is_there=waited >= ANSWER_TIMEOUT))
 
         attempt.doubted = frozenset((*stream.waiting, stream.marked))
+        attempt.of_any_run = attempt.of_any_run or not stream.incarnation
         try:
-            key, asked = self._question(pair, stream, attempt.first, attempt.last)
+            key, asked = self._question(pair, stream, attempt.first, attempt.last, of_any_run=attempt.of_any_run)
             self._bus.ask(key, asked, ANSWER_TIMEOUT, done)
         except SchemaError:
             attempt.hopeless = True  # the source is no component
         except BusError as error:
             self._log.warning("%s", error)
 
-    def _question(self, pair: Pair, stream: Stream, first: int, last: int | None) -> tuple[str, bytes]:
-        key = self._keys.control(pair[1], stream.incarnation, "resend")
+    def _question(
+        self, pair: Pair, stream: Stream, first: int, last: int | None, *, of_any_run: bool = False
+    ) -> tuple[str, bytes]:
+        key = self._keys.control(pair[1], "*" if of_any_run else stream.incarnation, "resend")
         return key, codec.encode(Resend(pair[0], stream.epoch, first, last))
 
-    def _take(self, pair: Pair, attempt: _Attempt, answers: list[Answer]) -> None:
+    def _take(self, pair: Pair, attempt: _Attempt, answers: list[Answer], *, is_there: bool) -> None:
+        """Take the answers. Without one, a writer that ``is_there`` is busy, and another one is not reached."""
         if self._attempts.get(pair) is not attempt:
             return
         if not answers:
-            attempt.hopeless = attempt.reached.is_over()
+            attempt.hopeless = not is_there and attempt.reached.is_over()
+            attempt.of_any_run = attempt.of_any_run or not is_there  # another run may have taken over
             return
         resent = self._resent(pair, answers[0])
         sequences = self._arrived(pair, resent)

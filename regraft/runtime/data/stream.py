@@ -202,6 +202,10 @@ class Stream:
             for sequence in range(start + 1, frontier + 1)
         )
 
+    def holds(self, frontier: int) -> bool:
+        """Return whether everything up to ``frontier`` is here."""
+        return self.first_missing(frontier) is None
+
     def first_missing(self, frontier: int) -> int | None:
         """Return the first sequence up to ``frontier`` that is not here."""
         return next((n for n in range((self.handled or 0) + 1, frontier + 1) if n not in self.waiting), None)

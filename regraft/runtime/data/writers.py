@@ -131,11 +131,13 @@ class Writer:
         self._history = self._history or History()
 
     def resend(self, asked: Resend) -> Resent:
-        """Return what is kept of the samples that a reader has not got."""
-        last = self.sequence if asked.epoch == self._writers.identity.epoch else None
+        """Return what is kept of the samples that a reader has not got; one that knows no epoch means the present."""
+        present = self._writers.identity.epoch
+        epoch = asked.epoch or present
+        last = self.sequence if epoch == present else None
         if self._history is None:
             return Resent(last=last)
-        found = self._history.find(asked.epoch, asked.first, self.sequence if asked.last is None else asked.last)
+        found = self._history.find(epoch, asked.first, self.sequence if asked.last is None else asked.last)
         return Resent(tuple(ResentSample(*sent, self.encoding) for sent in found), last)
 
     @property

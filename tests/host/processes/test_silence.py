@@ -13,12 +13,19 @@ STEP = 0.05
 
 
 def _hung_after(
-    taken_a_second: float, monkeypatch: pytest.MonkeyPatch, *, on_disk_for: float = 0.0, loop_waits: float = 0.0
+    taken_a_second: float,
+    monkeypatch: pytest.MonkeyPatch,
+    *,
+    on_disk_for: float = 0.0,
+    loop_waits: float = 0.0,
+    crowding: float = 1.0,
 ) -> float:
     """Return the seconds after which a silent loop is found while processors, or the disk, are taken from it.
 
-    ``loop_waits`` is the share of its time for which its thread waits for a processor.
+    ``loop_waits`` is the share of its time for which its thread waits for a processor, ``crowding`` how many threads
+    want each.
     """
+    monkeypatch.setattr(watchdog, "crowding", lambda: crowding)
     now, watched = 100.0, Watchdog()
     monkeypatch.setattr(proc_stats, "stolen", lambda: (now - 100.0) * taken_a_second)
     monkeypatch.setattr(proc_stats, "processor_wait", lambda pid, standing: {"1": (now - 100.0) * loop_waits})
@@ -42,6 +49,12 @@ def test_a_loop_that_the_machine_keeps_from_running_is_slow_and_not_hung(monkeyp
     assert _hung_after(0.0, monkeypatch, loop_waits=0.9) > 4 * HUNG_TIMEOUT
     assert _hung_after(0.0, monkeypatch, loop_waits=0.9) < 12 * HUNG_TIMEOUT
     assert _hung_after(0.0, monkeypatch, loop_waits=1.0) < watchdog.MAX_FORGIVEN_OF_ONE + HUNG_TIMEOUT + 1.0
+
+
+def test_a_handler_gets_as_much_of_a_processor_beside_others_as_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside five others a loop runs for a sixth of the time, from its last heartbeat on."""
+    ran = _hung_after(0.0, monkeypatch, loop_waits=5 / 6, crowding=6.0) / 6
+    assert HUNG_TIMEOUT - STEP <= ran <= HUNG_TIMEOUT + STEP
 
 
 def test_a_loop_that_hangs_after_it_has_waited_for_the_disk_is_found(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -144,7 +144,7 @@ class Qualities:
 class Resend:
     """Ask a writer for samples that have not come: sequences ``first`` to ``last`` of an epoch of a key.
 
-    ``last`` None means all that it has put.
+    ``last`` None means all that it has put, ``epoch`` 0 that the reader knows of none: the present one.
     """
 
     key: str
