@@ -152,11 +152,12 @@ def test_walls_and_boxes_leave_a_site_clear(tmp_path: Path) -> None:
 
 
 FORKED = """
-import cv2, os
+import cv2, os, signal
 from tests.sim.test_rooms import room
 room(1)
 child = os.fork()
 if child == 0:
+    signal.alarm(20)
     cv2.setNumThreads(1)
     cv2.GaussianBlur(__import__("numpy").zeros((2000, 2000), "u1"), (9, 9), 0)
     os._exit(0)

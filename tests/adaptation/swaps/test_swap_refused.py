@@ -56,7 +56,7 @@ def test_all_that_is_wrong_is_said_at_once_and_nothing_is_touched(site: System) 
         ((DOUBLER, Remove("totaller")), "leave that out"),
         ((Remove("fragile"), Swap("fragile")), "removed earlier"),
         ((DOUBLER, SetParameters("totaller", {"offset": 4}), Swap("totaller", parameters={"offset": 5})), "twice"),
-        ((Swap("totaller", DOUBLER.cls, {"offset": 4}), SetParameters("totaller", {"offset": 5})), "earlier in the"),
+        ((Swap("totaller", DOUBLER.cls, {"offset": 4}), SetParameters("totaller", {"offset": 5})), "earlier among the"),
         ((Add("new", ComponentSpec(cls=class_of("Second"))), Swap("new", DOUBLER.cls)), "is added in the same request"),
         ((SetParameters("totaller", {"volume": 4}), DOUBLER), "no such parameter"),
         ((Connect("totaller", "elsewhere", "items"), DOUBLER), "no port 'elsewhere'"),

@@ -18,8 +18,10 @@ from typing import Any, Final
 from regraft.evaluation.study import Changes, Configuration
 from regraft.stacks.frog.studies.arms.scenarios import ALL, BLOCKED, OPEN, ROOMS, SCENARIOS
 
-SPEED_ONLY: Final = (OPEN, ROOMS)
-"""The scenarios of an arm that differs from another in speed alone: ``blocked`` is ``open`` but for a camera."""
+UNLIKE_BLOCKED: Final = (OPEN, ROOMS)
+"""The scenarios of an arm that ``blocked`` cannot change, or that differs from another by its speeds alone."""
+PUBLISHED_ROOM: Final = (OPEN,)
+"""The scenario of the published options: the room of the publication."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,32 +62,50 @@ def joined(*changes: Changes) -> dict[str, Any]:
 
 PLANNED: Final = "0.10, 0.17 or 0.26 m/s, and how to look"
 ARMS: Final = (
-    # No adaptation is the same in all scenarios but rooms; it is in each, to be compared with.
-    Arm("baseline", "0.26 m/s, one picture of the own camera", "rounds_baseline"),
+    Arm(
+        "baseline",
+        "no adaptation: 0.26 m/s, one picture of the own camera",
+        "rounds_baseline",
+        scenarios=UNLIKE_BLOCKED,
+    ),
     Arm("internal", "internal plans for speed and pictures", "rounds_internal_common"),
-    Arm("internal-published", "internal plans with the published options, every 3 s", "rounds_internal"),
+    Arm(
+        "internal-published",
+        "internal plans with the published options, every 3 s",
+        "rounds_internal",
+        scenarios=PUBLISHED_ROOM,
+    ),
     Arm("external", "bandits for speed and pictures", "rounds_external_common"),
     Arm(
         "external-published",
         "a bandit with the published speeds, every 3 s; the internal plan for pictures",
         "rounds_external",
+        scenarios=PUBLISHED_ROOM,
     ),
     Arm("planned", f"the forecast chooses {PLANNED}", "rounds_planned"),
-    Arm("planned-3s", f"the forecast chooses {PLANNED}; the speed every 3 s", "rounds_planned_3s", None, SPEED_ONLY),
-    Arm("planned-018", "the forecast with the published speeds", "rounds_planned_018", None, SPEED_ONLY),
+    Arm(
+        "planned-3s",
+        "the forecast, with a decision on the speed every 3 s only",
+        "rounds_planned_3s",
+        scenarios=UNLIKE_BLOCKED,
+    ),
+    Arm(
+        "planned-018",
+        "the forecast with the published speeds",
+        "rounds_planned_018",
+        scenarios=PUBLISHED_ROOM,
+    ),
     Arm("planned-single", "the forecast; a look is one picture after 1 s", "rounds_planned_single"),
-    # The corner camera's pictures are faulty in one scenario only.
     Arm(
         "planned-unmonitored",
-        "the forecast without the corner camera's monitor",
+        "the forecast without the corner camera's monitor, which reports nothing elsewhere",
         "rounds_planned_unmonitored",
-        None,
-        (BLOCKED,),
+        scenarios=(BLOCKED,),
     ),
     Arm("rules", "fixed rules: 0.17 m/s near things, the corner camera unless it is faulty", "rounds_rules"),
     Arm("always-0.26", "0.26 m/s, the fixed rule for pictures", "rounds_pictures"),
-    Arm("always-0.17", "0.17 m/s, the fixed rule for pictures", "rounds_pictures", 0.17, SPEED_ONLY),
-    Arm("always-0.10", "0.10 m/s, the fixed rule for pictures", "rounds_pictures", 0.10, SPEED_ONLY),
+    Arm("always-0.17", "0.17 m/s, the fixed rule for pictures", "rounds_pictures", 0.17, UNLIKE_BLOCKED),
+    Arm("always-0.10", "0.10 m/s, the fixed rule for pictures", "rounds_pictures", 0.10, PUBLISHED_ROOM),
     Arm("always-external", "0.26 m/s, one picture of the corner camera", "rounds_corner"),
 )
 
