@@ -22,7 +22,14 @@ from regraft.cli.terminal.output import complain, say
 from regraft.evaluation.campaign import BadCampaign, Campaign, CodeChanged, NoRoom, Progress, Wanted, write_files
 from regraft.evaluation.claims.model import SeedSet
 from regraft.evaluation.finding import NoSuchStudy, find_study
-from regraft.evaluation.publishing.commands import claims, claims_of, fill_tables, results_and_verdicts, verify_results
+from regraft.evaluation.publishing.commands import (
+    chosen_definitions,
+    claims,
+    claims_of,
+    fill_tables,
+    results_and_verdicts,
+    verify_results,
+)
 from regraft.evaluation.results.table import table_text
 from regraft.evaluation.runs.run_directory import BadRun
 from regraft.evaluation.study import Configuration, Study
@@ -93,7 +100,9 @@ def run(
     check_imports([study.partition(":")[0]] if ":" in study else [], complain)
     try:
         found = find_study(study)
-        wanted = _wanted(found, definitions, configurations, seconds, _which_runs(found, runs, seed, seeds, one_seed))
+        chosen = chosen_definitions(found, definitions)
+        which = _which_runs(found, chosen, runs, seed, seeds, one_seed)
+        wanted = _wanted(found, chosen, configurations, seconds, which)
         folder = (out or Path(f"{found.name}-{wanted.definitions}")).resolve()
         campaign = Campaign(wanted, folder, parallel)
         with campaign.opened(resume=resume, report_only=report_only):
@@ -161,12 +170,14 @@ class _Runs:
     one_seed: bool = False
 
 
-def _which_runs(study: Study, runs: int | None, seed: int | None, use: SeedSet | None, one_seed: bool) -> _Runs:
+def _which_runs(
+    study: Study, definitions: str, runs: int | None, seed: int | None, use: SeedSet | None, one_seed: bool
+) -> _Runs:
     if use is None:
         return _Runs(runs or study.runs, 1 if seed is None else seed, one_seed=one_seed)
     if seed is not None or one_seed:
         raise BadInput("--seeds takes the seeds of the study's claims: leave out --seed and --one-seed")
-    known = claims_of(study).seeds[use]
+    known = claims_of(study, definitions).seeds[use]
     if not known:
         raise BadInput(f"the claims of {study.name} have no {use.value} seeds")
     if runs is not None and runs > len(known):
@@ -175,14 +186,11 @@ def _which_runs(study: Study, runs: int | None, seed: int | None, use: SeedSet |
     return _Runs(len(chosen), chosen[0], chosen)
 
 
-def _wanted(study: Study, definitions: str | None, configurations: str, seconds: float | None, runs: _Runs) -> Wanted:
-    chosen = next(iter(study.configurations)) if definitions is None else definitions
-    if chosen not in study.configurations:
-        raise BadInput(f"{study.name} has no definitions {chosen!r}; {instead_of(chosen, study.configurations)}")
-    known = study.configurations[chosen]
+def _wanted(study: Study, definitions: str, configurations: str, seconds: float | None, runs: _Runs) -> Wanted:
+    known = study.configurations[definitions]
     picked = _picked(known, [part.strip() for part in configurations.split(",")])
     length = seconds or study.seconds
-    return Wanted(study, chosen, picked, runs.count, runs.seed, length, runs.one_seed, runs.seeds)
+    return Wanted(study, definitions, picked, runs.count, runs.seed, length, runs.one_seed, runs.seeds)
 
 
 def _picked(known: Sequence[Configuration], patterns: Sequence[str]) -> tuple[Configuration, ...]:

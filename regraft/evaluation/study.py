@@ -110,7 +110,7 @@ class Study:
     ``additions`` are merged into the stack file of every run, the configuration's changes into the result.
     ``timing_only`` states what is different in a run of this number where all runs have one seed.
     ``measures`` are all figures of a run, by the definitions and by name: each has a column in the results.
-    ``claims`` is the file of what the study claims, written before its runs.
+    ``claims`` are the files of what the study claims, by the definitions, written before its runs.
     """
 
     name: str
@@ -123,4 +123,4 @@ class Study:
     seconds: float = 300.0
     runs: int = 25
     measures: Mapping[str, Mapping[str, Measure]] = field(default_factory=dict)
-    claims: Path | None = None
+    claims: Mapping[str, Path] = field(default_factory=dict)

@@ -24,8 +24,10 @@ def test_every_table_of_a_page_is_that_of_its_results() -> None:
 
 def test_every_file_of_claims_can_be_read() -> None:
     for study in studies().values():
-        if study.claims is not None:
-            assert read_claims(study.claims, study).claims
+        for definitions, file in study.claims.items():
+            claims = read_claims(file, study)
+            assert claims.claims
+            assert claims.definitions == definitions
 
 
 @pytest.mark.parametrize("file", RESULTS, ids=lambda file: file.name)
@@ -48,10 +50,11 @@ def first_commit(file: Path) -> int | None:
 
 @pytest.mark.parametrize("file", RESULTS, ids=lambda file: file.name)
 def test_claims_are_older_than_the_results_of_their_seeds(file: Path) -> None:
-    study = find_study(read_table(file).rows[0].study)
-    if study.claims is None:
+    row = read_table(file).rows[0]
+    claims = find_study(row.study).claims.get(row.definitions)
+    if claims is None:
         pytest.skip("the study claims nothing")
-    claimed, found = first_commit(study.claims), first_commit(file)
+    claimed, found = first_commit(claims), first_commit(file)
     if claimed is None or found is None:
         pytest.skip("there is no history here")
     assert claimed < found

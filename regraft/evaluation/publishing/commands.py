@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.outcomes import FAILED, BadInput, Failed
 from regraft.cli.terminal.numbers import whole
 from regraft.cli.terminal.options import JsonOption
@@ -26,23 +27,36 @@ from regraft.evaluation.results.table import BadTable, ResultTable, read_table
 from regraft.evaluation.study import Results, Study
 
 
-def claims_of(study: Study) -> Claims:
-    """Return the claims of a study; raises BadInput if it has none, StackError if something is wrong with them."""
-    if study.claims is None:
-        raise BadInput(f"{study.name} has no claims: give its Study a file of claims")
-    return read_claims(study.claims, study)
+def claims_of(study: Study, definitions: str) -> Claims:
+    """Return the claims of a study by some definitions.
+
+    Raises:
+        BadInput: it has none.
+        StackError: something is wrong with them.
+    """
+    if definitions not in study.claims:
+        raise BadInput(f"{study.name} has no claims by the definitions {definitions!r}: give its Study a file of them")
+    return read_claims(study.claims[definitions], study)
+
+
+def chosen_definitions(study: Study, definitions: str | None) -> str:
+    """Return the definitions that are asked for, the study's first if none are; raises BadInput."""
+    chosen = next(iter(study.configurations)) if definitions is None else definitions
+    if chosen not in study.configurations:
+        raise BadInput(f"{study.name} has no definitions {chosen!r}; {instead_of(chosen, study.configurations)}")
+    return chosen
 
 
 def results_and_verdicts(study: Study, results: Results) -> tuple[ResultTable, str]:
     """Return a campaign's table of results, and the verdicts on its claims as a part of its report."""
-    claims = read_claims(study.claims, study) if study.claims is not None else None
+    claims = claims_of(study, results.definitions) if results.definitions in study.claims else None
 
     def use_of(seed: int) -> str:
         use = claims.set_of(seed) if claims else None
         return use.value if use else ""
 
     table = result_table(study, results, use_of)
-    if claims is None or claims.definitions != results.definitions:
+    if claims is None:
         return table, ""
     uses = [use for use in (SeedSet.REPORTING, SeedSet.CONFIRMATION) if table.used_for(use.value).rows]
     parts = [f"\n## Verdicts by the {use.value} seeds\n\n{verdicts_of(judge(claims, table, use))}" for use in uses]
@@ -51,10 +65,14 @@ def results_and_verdicts(study: Study, results: Results) -> tuple[ResultTable, s
 
 def claims(
     study: Annotated[str, typer.Argument(metavar="STUDY", help="A study's name, or MODULE:NAME.")],
+    definitions: Annotated[
+        str | None, typer.Option("--definitions", metavar="NAME", help="By which definitions, if there are several.")
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Check and show what a study claims, and how many seeds each claim needs."""
-    found = claims_of(_study(study))
+    known = _study(study)
+    found = claims_of(known, chosen_definitions(known, definitions))
     if as_json:
         show_json({"file": found.file, "claims": [_claim_document(claim, found) for claim in found.claims]})
         return

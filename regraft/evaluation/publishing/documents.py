@@ -104,9 +104,10 @@ def _table(page: Path, line: int, mark: TableMark) -> str:
 def _verdicts(page: Path, line: int, mark: TableMark, results: ResultTable, use: SeedSet) -> str:
     name = mark.fields.get("study") or (results.rows[0].study if results.rows else "")
     study = find_study(name) if name else None
-    if study is None or study.claims is None:
+    definitions = results.rows[0].definitions if results.rows else ""
+    if study is None or definitions not in study.claims:
         raise BadPage(f"{page}:{line}: {mark.fields['of']} is of no study with claims")
-    claims = read_claims(study.claims, study)
+    claims = read_claims(study.claims[definitions], study)
     judged = judge(claims, results, use)
     family = mark.fields.get("family", "")
     families = [claim.family for claim in claims.claims]

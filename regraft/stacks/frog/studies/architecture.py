@@ -107,7 +107,7 @@ STUDY = Study(
     "frog-architecture",
     "Does adapting the architecture raise FROG's utility?",
     FOLDER / "rounds.yaml",
-    {"published": PUBLISHED, "corrected": tuple(configurations(PLANNING))},
+    {"corrected": tuple(configurations(PLANNING)), "published": PUBLISHED},
     report,
     ADDITIONS,
     timing_only,
