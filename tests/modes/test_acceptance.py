@@ -19,7 +19,7 @@ from tests.modes.stacks import REAL, write
 from tests.modes.wholes import whole_modes
 from tests.support.commands import in_home, run
 from tests.support.systems import System
-from tests.support.waiting import PATIENCE, wait_until
+from tests.support.waiting import PATIENCE, slowness, wait_until
 
 TICKS_A_SECOND = 20
 
@@ -83,7 +83,7 @@ def test_it_degrades_and_returns_under_the_real_clock(system: System) -> None:
     _no_revision_was_half_a_mode(system)
     (failed, *_) = system.said("component.failed", "laser")
     (entered, *_) = [each for each in system.events if each.kind == "adaptation.applied"]
-    assert entered.stamp - failed.stamp < 0.5 or entered.stamp < failed.stamp
+    assert entered.stamp - failed.stamp < 0.5 * slowness() or entered.stamp < failed.stamp
 
 
 def _wait_for_another(system: System, victim: str, pid: int) -> None:
