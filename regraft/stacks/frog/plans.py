@@ -14,9 +14,14 @@ from regraft.services.bt_executor.adaptation import (
     Connect,
     DesiredChange,
     SetParameters,
+    Step,
 )
 from regraft.services.bt_executor.adaptation.port_values.names import read_names
 from regraft.services.power_model import PICTURE_ENERGY
+from regraft.stacks.frog.utility import FASTEST
+
+SLOWEST, STEP = 0.10, 0.08
+"""m/s: the least maximum velocity, and what one decision changes."""
 
 PICTURES_IN_THE_DARK = 3
 SPARE_PICTURES = 2
@@ -32,7 +37,6 @@ class AdjustMaxVelocity(AdaptPeriodically):
     subject_location = Input[Any](default="navigator", description="what drives")
     adaptation_subject = Input[Any](default="max_velocity", description="its parameter, in m/s")
     adaptation_period = Input[Any](default="3s", description="the interval")
-    speeds = Input[Any](default="0.10;0.18;0.26", description="what there is to choose from in m/s, as a;b")
     safety = Input(float, description="distance to the nearest obstacle as a share of the range, 0 to 1")
     leg_energy = Input(float, description="what driving to the present goal has taken, in J")
     too_near = Input(float, default=0.10, description="safety below which to slow down")
@@ -40,22 +44,32 @@ class AdjustMaxVelocity(AdaptPeriodically):
     too_much = Input(float, default=80.0, description="energy in J above which to slow down")
     little_enough = Input(float, default=78.0, description="energy in J below which to speed up")
 
-    def plan(self) -> SetParameters | None:
-        """Return the next speed down or up."""
+    def plan(self) -> DesiredChange | None:
+        """Return a step down or up."""
         safety, energy = self.safety, self.leg_energy
         if safety < self.too_near or energy > self.too_much:
-            return self._next(-1)
+            return self.stepped(-1)
         if safety > self.far_enough or energy < self.little_enough:
-            return self._next(+1)
+            return self.stepped(+1)
         return None
 
-    def _next(self, step: int) -> SetParameters:
+    def stepped(self, sign: int) -> DesiredChange:
+        """Return a step by 0.08 m/s, down or up."""
+        return Step(*self.target(), sign * STEP, SLOWEST, FASTEST)
+
+
+class AdjustMaxVelocityAmong(AdjustMaxVelocity):
+    """The same among any speeds: the next slower or faster one."""
+
+    speeds = Input[Any](default="0.10;0.17;0.26", description="what there is to choose from in m/s, as a;b")
+
+    def stepped(self, sign: int) -> DesiredChange:
+        """Return the next speed down or up."""
         component, parameter = self.target()
         now = float(self.current(component, parameter))
         speeds = sorted(map(float, read_names(self.speeds)))
-        beyond = [speed for speed in speeds if (speed - now) * step > 0.0]
-        ends = speeds[0] if step < 0 else speeds[-1]
-        chosen = min(beyond, key=lambda speed: abs(speed - now), default=ends)
+        beyond = [speed for speed in speeds if (speed - now) * sign > 0.0]
+        chosen = min(beyond, key=lambda speed: abs(speed - now), default=speeds[0] if sign < 0 else speeds[-1])
         return SetParameters(component, {parameter: chosen})
 
 
@@ -112,4 +126,4 @@ class AdjustDetectionPauses(AdjustDetectionAttempts):
         return self.looking(topic, pictures, interval=self.pause)
 
 
-PLANS = [AdjustMaxVelocity, AdjustDetectionAttempts, AdjustDetectionPauses]
+PLANS = [AdjustMaxVelocity, AdjustMaxVelocityAmong, AdjustDetectionAttempts, AdjustDetectionPauses]

@@ -22,12 +22,10 @@ from regraft.services.bt_executor.adaptation import (
 from regraft.services.bt_executor.adaptation.results import Result
 from regraft.services.bt_executor.quality import QualityTeller, TaskLevelQR
 from regraft.services.power_model import PICTURE_ENERGY
-from regraft.stacks.frog.plans import PICTURES_IN_THE_DARK, SPARE_PICTURES
+from regraft.stacks.frog.plans import PICTURES_IN_THE_DARK, SLOWEST, SPARE_PICTURES, STEP
 from regraft.stacks.frog.quality import POWER, DetectPowerEfficiently
 from regraft.stacks.frog.utility import FASTEST
 
-SLOWEST, STEP = 0.10, 0.08
-"""m/s: the least maximum velocity, and what one decision changes."""
 NOT_MEASURED = -10.0
 """The prefix of every metric; decisions are made on these."""
 SAMPLE_INTERVAL = 2.0
