@@ -10,6 +10,7 @@ from regraft.stacks.frog.studies.search.report import report
 
 ADDITIONS = {
     "components": {
+        "camera": {"parameters": {"renderer": "ray"}},  # equal pictures on every machine
         "gateway": {"parameters": {"port": 0}},
         "rows": {
             "class": "regraft.stacks.frog.studies.search.recorder:SearchRecorder",
