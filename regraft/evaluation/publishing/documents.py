@@ -5,10 +5,10 @@ Two comments mark a table. The first names its kind, its file (from the page's f
     <!-- table: measures; of: results/frog.csv; scenario: open; use: confirmation; measures: U_vis | U_det -->
     <!-- end of table -->
 
-The kind ``measures`` shows mean and standard deviation by arm, ``same`` which arms did the same, ``runs`` what was run.
-The kind ``verdicts`` shows how the study's claims ended: with ``family``, those of one family. A study that is not
-found by its name is named by ``study``.
-The text between the comments is replaced.
+The kind ``measures`` shows mean and standard deviation by arm, and ``rows`` each run. The kind ``same`` shows which
+arms did the same, ``runs`` what was run. The kind ``verdicts`` shows how the study's claims ended: with ``family``,
+those of one family. A study that is not found by its name is named by ``study``. The text between the comments is
+replaced.
 """
 
 from __future__ import annotations
@@ -24,13 +24,14 @@ from regraft.evaluation.claims.judging import judge
 from regraft.evaluation.claims.model import SeedSet
 from regraft.evaluation.claims.reading import read_claims
 from regraft.evaluation.finding import find_study
-from regraft.evaluation.reports.result_tables import measures_of, runs_of, same_of, verdicts_of
+from regraft.evaluation.reports.result_tables import measures_of, rows_of, runs_of, same_of, verdicts_of
 from regraft.evaluation.results.table import ResultTable, read_table
 
 BEGIN: Final = re.compile(r"<!-- table: (?P<given>[^\n]*?) -->\n")
 END: Final = "<!-- end of table -->"
 FIELDS: Final = ("of", "scenario", "use", "measures", "family", "study")
-KINDS: Final = ("measures", "same", "runs", "verdicts")
+BY_SCENARIO: Final = {"measures": measures_of, "rows": rows_of, "same": same_of}
+KINDS: Final = (*BY_SCENARIO, "runs", "verdicts")
 USES: Final = tuple(use.value for use in SeedSet)
 
 
@@ -97,8 +98,7 @@ def _table(page: Path, line: int, mark: TableMark) -> str:
     for name in measures:
         if name not in results.measures:
             raise BadPage(f"{page}:{line}: measures: there is none {name!r}; {instead_of(name, results.measures)}")
-    make = measures_of if mark.kind == "measures" else same_of
-    return make(results, scenario, measures)
+    return BY_SCENARIO[mark.kind](results, scenario, measures)
 
 
 def _verdicts(page: Path, line: int, mark: TableMark, results: ResultTable, use: SeedSet) -> str:

@@ -38,7 +38,9 @@ Say = Callable[[str], object]
 
 
 def sampled(table: ResultTable, count: int, seed: int) -> tuple[ResultRow, ...]:
-    """Return so many rows, drawn by ``seed``; all of them if there are no more."""
+    """Return so many rows, drawn by ``seed``, all of them if there are no more; raises BadTable if there are none."""
+    if not table.rows:
+        raise BadTable(f"{table.file}: has no runs: there is nothing to make again")
     rows = Random(seed).sample(table.rows, min(count, len(table.rows)))
     return tuple(sorted(rows, key=table.rows.index))
 

@@ -28,6 +28,17 @@ def _mean_and_sd(results: ResultTable, scenario: str, arm: str, measure: str) ->
     return mean_and_sd(found.mean, found.sd)
 
 
+def rows_of(results: ResultTable, scenario: str, measures: Sequence[str]) -> str:
+    """Return measures of each run, a row for each arm and seed."""
+    arms = results.arms(scenario)
+    rows = []
+    for arm in arms:
+        for row in results.of(scenario, arm).values():
+            cells = [number(row.measures[measure]) for measure in measures]
+            rows.append([*([f"`{arm}`"] if len(arms) > 1 else []), str(row.seed), *cells])
+    return table([*(["arm"] if len(arms) > 1 else []), "seed", *measures], rows)
+
+
 def verdicts_of(judged: Sequence[Judged]) -> str:
     """Return each claim with its effect and verdict."""
     rows = []

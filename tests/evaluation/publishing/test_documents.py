@@ -21,6 +21,8 @@ Text of ours.
 
 <!-- table: same; of: results/tiny.csv; measures: reached -->
 <!-- end of table -->
+<!-- table: rows; of: results/tiny.csv; measures: reached -->
+<!-- end of table -->
 <!-- table: runs; of: results/tiny.csv -->
 old
 <!-- end of table -->
@@ -66,6 +68,7 @@ def test_tables_are_filled_and_text_is_kept(page: Path) -> None:
     text = page.read_text()
     assert "| `slow` | 10 | 5.50 ± 3.03 |" in text
     assert "| `fast`, `quick` | 10 | 11.0 ± 6.1 |" in text
+    assert "| `quick` | 10 | 20.0 |" in text
     assert "`fast` and `quick` did the same in every run." in text
     assert "| reporting | 30 | 3 | 1 to 10 | 4 s | `c0de` |" in text
     assert "\nText of ours.\n" in text
@@ -102,13 +105,13 @@ def test_a_figure_changed_by_hand_makes_the_check_fail(page: Path) -> None:
         ),
         ("; use: reporting", "; scenario: dark", ":3: scenario: there is none 'dark'"),
         ("; use: reporting", "; user: reporting", ":3: there is no field 'user'; did you mean 'use'"),
-        ("table: runs; of: results/tiny.csv", "table: runs", ":10: of: is missing"),
+        ("table: runs; of: results/tiny.csv", "table: runs", ":12: of: is missing"),
         (
             "table: runs; of: results/tiny.csv",
             "table: verdicts; of: results/tiny.csv; study: tests.evaluation.tiny:STUDY",
-            ":10: results/tiny.csv is of no study with claims",
+            ":12: results/tiny.csv is of no study with claims",
         ),
-        ("old\n<!-- end of table -->\n", "old\n", ":10: a table has no end"),
+        ("old\n<!-- end of table -->\n", "old\n", ":12: a table has no end"),
     ],
 )
 def test_a_mark_that_means_nothing_is_refused_with_its_line(page: Path, was: str, is_now: str, told: str) -> None:

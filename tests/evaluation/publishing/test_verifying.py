@@ -72,3 +72,11 @@ def test_a_row_of_an_arm_that_is_gone_is_refused(results: Path, tmp_path: Path) 
     code, told = verify(of_fast(results, tmp_path, ",fast,", ",furious,"))
     assert code == 2
     assert "no configuration 'furious'" in told
+
+
+def test_a_table_without_runs_is_refused(results: Path, tmp_path: Path) -> None:
+    empty = tmp_path / "results.csv"
+    empty.write_text(results.read_text().splitlines()[0] + "\n")
+    code, told = verify(empty)
+    assert code == 2
+    assert "has no runs" in told
