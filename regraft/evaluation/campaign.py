@@ -96,7 +96,6 @@ class Wanted:
             "seed": self.seed,
             "seconds": self.seconds,
             "one_seed": self.one_seed,
-            **({"seeds": list(self.seeds)} if self.seeds else {}),
         }
 
 

@@ -180,6 +180,8 @@ def _which_runs(
     known = claims_of(study, definitions).seeds[use]
     if not known:
         raise BadInput(f"the claims of {study.name} have no {use.value} seeds")
+    if runs is not None and use is SeedSet.CONFIRMATION:
+        raise BadInput("--runs: the confirmation takes all its seeds, once: leave it out")
     if runs is not None and runs > len(known):
         raise BadInput(f"--runs: is {runs}, but there are {len(known)} {use.value} seeds")
     chosen = known[: runs or len(known)]

@@ -14,12 +14,11 @@ from regraft.evaluation.results.table import read_table
 from tests.support.paths import ROOT
 
 RESULTS = sorted((ROOT / "docs" / "results").glob("*.csv"))
-PAGES = sorted((ROOT / "docs").glob("*.md"))
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 
 def test_every_table_of_a_page_is_that_of_its_results() -> None:
-    pages = [page for page in PAGES if "<!-- table: " in page.read_text() and page.name != "studies.md"]
-    assert [page.name for page in pages if filled(page) != page.read_text()] == []
+    assert [page.name for page in PAGES if filled(page) != page.read_text()] == []
 
 
 def test_every_file_of_claims_can_be_read() -> None:
@@ -40,21 +39,27 @@ def test_results_name_a_study_and_arms_that_there_are(file: Path) -> None:
         assert row.code
 
 
-def first_commit(file: Path) -> int | None:
-    """Return when a file came into the repository (s since 1970), None if it is not known."""
-    command = ["git", "log", "--follow", "--format=%ct", "--reverse", "--", str(file)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    times = done.stdout.split()
-    return int(times[0]) if done.returncode == 0 and times else None
+def commits(file: Path) -> list[str]:
+    """Return the commits that changed a file, the newest first; none where there is no history."""
+    done = subprocess.run(
+        ["git", "log", "--format=%H", "--", str(file)], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    return done.stdout.split() if done.returncode == 0 else []
 
 
 @pytest.mark.parametrize("file", RESULTS, ids=lambda file: file.name)
-def test_claims_are_older_than_the_results_of_their_seeds(file: Path) -> None:
-    row = read_table(file).rows[0]
-    claims = find_study(row.study).claims.get(row.definitions)
-    if claims is None:
+def test_claims_have_not_changed_since_the_results_of_their_seeds(file: Path) -> None:
+    """The last commit of the claims comes before the first one of the results; the table has their uses of seeds."""
+    (row, *_) = rows = read_table(file).rows
+    study = find_study(row.study)
+    path = study.claims.get(row.definitions)
+    if path is None:
         pytest.skip("the study claims nothing")
-    claimed, found = first_commit(claims), first_commit(file)
-    if claimed is None or found is None:
+    claims = read_claims(path, study)
+    assert [(each.seed, each.use) for each in rows if each.use != getattr(claims.set_of(each.seed), "value", "")] == []
+    claimed, found = commits(path), commits(file)
+    if not claimed or not found:
         pytest.skip("there is no history here")
-    assert claimed < found
+    command = ["git", "merge-base", "--is-ancestor", claimed[0], found[-1]]
+    assert subprocess.run(command, cwd=ROOT, check=False).returncode == 0
+    assert claimed[0] != found[-1]

@@ -62,6 +62,10 @@ class Claims:
         """Return the claims that are corrected together."""
         return tuple(claim for claim in self.claims if claim.family == name)
 
+    def alpha_of(self, claim: Claim) -> float:
+        """Return the one-sided error of one claim, by which its family as a whole keeps its own (Bonferroni)."""
+        return self.alpha / len(self.family(claim.family))
+
     def set_of(self, seed: int) -> SeedSet | None:
         """Return the use of a seed, None if it has none."""
         return next((which for which, seeds in self.seeds.items() if seed in seeds), None)

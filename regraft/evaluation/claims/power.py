@@ -1,4 +1,4 @@
-"""How many seeds a claim needs, by the normal approximation of its test."""
+"""How many seeds a claim needs to hold, by the normal approximation of the rule that judges it."""
 
 from __future__ import annotations
 
@@ -10,27 +10,25 @@ from regraft.evaluation.statistics.paired import Direction, SampleTest
 from regraft.evaluation.statistics.samples import LEAST_RUNS
 
 EFFICIENCY = 3.0 / math.pi
-"""Of the tests of ranks, against those of means, for normal samples (Hodges and Lehmann 1956)."""
+"""Of the test of ranks, against that of means, for normal samples (Hodges and Lehmann 1956)."""
 
 
 def seeds_needed(claim: Claim, claims: Claims) -> int:
-    """Return the seeds with which the claim has the power that its file asks for.
+    """Return the seeds with which the claim holds with the power that its file asks for.
 
-    The effect is taken to be what is expected. Holm's correction is reckoned at its worst, for the least p of a family.
+    The effect is taken to be what is expected. Two things have to succeed: the test at the level of the family, and
+    the estimate, which has to be worth having. For a claim of equality, both one-sided tests have to (Schuirmann 1987).
     """
-    alpha = claims.alpha / len(claims.family(claim.family))
     normal = NormalDist()
+    level = normal.inv_cdf(1.0 - claims.alpha_of(claim))
     if claim.direction is Direction.EQUAL:
-        # Both one-sided tests have to succeed (Schuirmann 1987); what is expected takes away from the margin.
-        effect = claim.smallest_effect - abs(claim.expected)
-        quantiles = normal.inv_cdf(1.0 - alpha) + normal.inv_cdf((1.0 + claims.power) / 2.0)
+        room = claim.smallest_effect - abs(claim.expected)
+        standardized = (level + normal.inv_cdf((1.0 + claims.power) / 2.0)) / room
     else:
-        effect = claim.expected
-        quantiles = normal.inv_cdf(1.0 - alpha) + normal.inv_cdf(claims.power)
-    samples = 2.0 if claim.test is SampleTest.MANN_WHITNEY else 1.0
-    if claim.sd == 0.0:
-        return LEAST_RUNS
-    return max(LEAST_RUNS, math.ceil(samples * (quantiles * claim.sd / effect) ** 2 / EFFICIENCY))
+        power = normal.inv_cdf(claims.power)
+        standardized = max((level + power) / claim.expected, power / (claim.expected - claim.smallest_effect))
+    samples = 2.0 / EFFICIENCY if claim.test is SampleTest.MANN_WHITNEY else 1.0
+    return max(LEAST_RUNS, math.ceil(samples * (standardized * claim.sd) ** 2))
 
 
 def too_few(claim: Claim, claims: Claims) -> str:

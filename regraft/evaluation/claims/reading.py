@@ -170,9 +170,11 @@ def _claim(name: str, scenario: str, section: Section) -> Claim:
     elif smallest is not None and expected is not None:
         if direction is Direction.EQUAL and abs(expected) >= smallest:
             section.wrong("expected", f"{expected:g}: must be nearer to 0 than smallest_effect, {smallest:g}")
-        elif direction is not Direction.EQUAL and expected < smallest:
-            why = "in the claim's direction and at least smallest_effect"
+        elif direction is not Direction.EQUAL and expected <= smallest:
+            why = "counted in the claim's direction, and more than smallest_effect"
             section.wrong("expected", f"{expected:g}: must be {why}, {smallest:g}, or there is nothing to claim")
+    if sd == 0.0:
+        section.wrong("sd", "must be more than 0: the standard deviation on tuning seeds")
     if section.text("first") and section.text("first") == section.text("second"):
         section.wrong("second", "is the first arm: an arm is compared with another")
     return Claim(
@@ -187,7 +189,7 @@ def _claim(name: str, scenario: str, section: Section) -> Claim:
         smallest or 1.0,
         expected if expected is not None else 1.0,
         sd if sd is not None else 0.0,
-        section.choice("test", SampleTest, SampleTest.WILCOXON),
+        section.choice("test", SampleTest, SampleTest.SIGN_FLIP),
         section.text("refuted_by"),
     )
 

@@ -24,6 +24,7 @@ from regraft.evaluation.publishing.verifying import sampled, verify
 from regraft.evaluation.reports.result_tables import SIGNS, verdicts_of
 from regraft.evaluation.results.recording import result_table
 from regraft.evaluation.results.table import BadTable, ResultTable, read_table
+from regraft.evaluation.runs.run_directory import BadRun
 from regraft.evaluation.study import Results, Study
 
 
@@ -51,8 +52,10 @@ def results_and_verdicts(study: Study, results: Results) -> tuple[ResultTable, s
     """Return a campaign's table of results, and the verdicts on its claims as a part of its report."""
     claims = claims_of(study, results.definitions) if results.definitions in study.claims else None
 
+    several = len({run.seed for run in results.runs}) < len({(run.seed, run.number) for run in results.runs})
+
     def use_of(seed: int) -> str:
-        use = claims.set_of(seed) if claims else None
+        use = claims.set_of(seed) if claims and not several else None
         return use.value if use else ""
 
     table = result_table(study, results, use_of)
@@ -125,13 +128,13 @@ def verify_results(
     """Make runs of a table of results again, and compare digests and measures. Exits with 1 if any differs."""
     try:
         rows = sampled(read_table(file), sample, seed)
-        if out is not None and out.exists() and any(out.iterdir()):
-            raise BadInput(f"--out: {out} is not empty: name another folder")
+        if out is not None and out.exists() and not (out.is_dir() and not any(out.iterdir())):
+            raise BadInput(f"--out: {out} is there already: name another folder")
         with tempfile.TemporaryDirectory(prefix="regraft-verify-") as temporary:
             differing = verify(rows, (out or Path(temporary)).resolve(), say, find_study(study) if study else None)
     except (BadTable, NoSuchStudy) as error:
         raise BadInput(str(error)) from None
-    except (NoRoom, CodeChanged) as error:
+    except (NoRoom, CodeChanged, BadRun) as error:
         raise Failed(str(error)) from None
     wrong = len({(each.row.configuration, each.row.seed, each.row.number) for each in differing})
     say(f"{len(rows) - wrong} of {len(rows)} runs of {file} came out again")
@@ -144,21 +147,24 @@ def fill_tables(
     check: Annotated[bool, typer.Option("--check", help="Change nothing: exit with 1 if a table is stale.")] = False,
 ) -> None:
     """Fill the tables of pages from the results that they name."""
-    stale = 0
-    for page in pages:
-        try:
-            before, after = page.read_text(encoding="utf-8"), filled(page)
-            if after == before:
-                say(f"{page}: up to date")
-                continue
-            stale += 1
-            if not check:
+    texts = {page: _filled(page) for page in pages}
+    stale = [page for page, (before, after) in texts.items() if before != after]
+    for page, (_, after) in texts.items():
+        if page in stale and not check:
+            try:
                 write_whole(page, after.encode())
-        except (BadPage, BadTable, NoSuchStudy) as error:
-            raise BadInput(str(error)) from None
-        except (OSError, UnicodeDecodeError) as error:
-            reason = getattr(error, "strerror", None) or error
-            raise BadInput(f"{page}: cannot be read or written: {reason}") from None
-        say(f"{page}: {'stale' if check else 'tables filled'}")
+            except OSError as error:
+                raise Failed(f"{page}: cannot be written: {error.strerror}") from None
+        say(f"{page}: {'up to date' if page not in stale else 'stale' if check else 'tables filled'}")
     if check and stale:
         raise typer.Exit(FAILED)
+
+
+def _filled(page: Path) -> tuple[str, str]:
+    """Return the text of a page, and that with its tables filled; raises BadInput, StackError."""
+    try:
+        return page.read_text(encoding="utf-8"), filled(page)
+    except (BadPage, BadTable, NoSuchStudy) as error:
+        raise BadInput(str(error)) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadInput(f"{page}: cannot be read: {getattr(error, 'strerror', None) or error}") from None

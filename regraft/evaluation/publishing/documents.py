@@ -23,16 +23,24 @@ from regraft.bus_schema.suggestions import instead_of
 from regraft.evaluation.claims.judging import judge
 from regraft.evaluation.claims.model import SeedSet
 from regraft.evaluation.claims.reading import read_claims
-from regraft.evaluation.finding import find_study
+from regraft.evaluation.finding import find_study, studies
 from regraft.evaluation.reports.result_tables import measures_of, rows_of, runs_of, same_of, verdicts_of
 from regraft.evaluation.results.table import ResultTable, read_table
+from regraft.evaluation.study import Study
 
 BEGIN: Final = re.compile(r"<!-- table: (?P<given>[^\n]*?) -->\n")
 END: Final = "<!-- end of table -->"
-FIELDS: Final = ("of", "scenario", "use", "measures", "family", "study")
+ANY_MARK: Final = re.compile(r"<!--\s*(?:end of )?table\b", re.IGNORECASE)
+FENCED: Final = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 BY_SCENARIO: Final = {"measures": measures_of, "rows": rows_of, "same": same_of}
-KINDS: Final = (*BY_SCENARIO, "runs", "verdicts")
-USES: Final = tuple(use.value for use in SeedSet)
+FIELDS: Final = {
+    **dict.fromkeys(BY_SCENARIO, ("of", "scenario", "use", "measures", "study")),
+    "runs": ("of",),
+    "verdicts": ("of", "use", "family", "study"),
+}
+"""The fields of each kind of table."""
+USES: Final = (SeedSet.REPORTING.value, SeedSet.CONFIRMATION.value)
+"""The uses of seeds that a page may show: runs for tuning are never published."""
 
 
 class BadPage(ValueError):
@@ -52,27 +60,48 @@ def filled(page: Path) -> str:
     text = page.read_text(encoding="utf-8")
     parts: list[str] = []
     at = 0
-    while match := BEGIN.search(text, at):
-        line = text.count("\n", 0, match.start()) + 1
-        end = text.find(END, match.end())
-        following = BEGIN.search(text, match.end())
-        if end < 0 or (following is not None and following.start() < end):
-            raise BadPage(f"{page}:{line}: a table has no end: must be followed by {END}")
-        made = _table(page, line, _mark(page, line, match["given"]))
-        parts += [text[at : match.end()], "\n", made, "\n"]
+    marks = _marks(page, text)
+    for match, end in marks:
+        line = _line(text, match.start())
+        parts += [text[at : match.end()], "\n", _table(page, line, _mark(page, line, match["given"])), "\n"]
         at = end
     return "".join([*parts, text[at:]])
 
 
+def _marks(page: Path, text: str) -> list[tuple[re.Match[str], int]]:
+    """Return the beginning of each table, and where its end is; examples in fences are none. Raises BadPage."""
+    shown = FENCED.sub(lambda fence: " " * len(fence[0]), text)
+    found: list[tuple[re.Match[str], int]] = []
+    at = 0
+    while mark := ANY_MARK.search(shown, at):
+        begin = BEGIN.match(shown, mark.start())
+        if begin is None:
+            right = "<!-- table: KIND; FIELD: VALUE --> alone on a line, and <!-- end of table --> behind it"
+            raise BadPage(f"{page}:{_line(text, mark.start())}: is no mark of a table: must be {right}")
+        following = ANY_MARK.search(shown, begin.end())
+        if following is None or not shown.startswith(END, following.start()):
+            raise BadPage(f"{page}:{_line(text, mark.start())}: a table has no end: must be followed by {END}")
+        found.append((begin, following.start()))
+        at = following.start() + len(END)
+    return found
+
+
+def _line(text: str, at: int) -> int:
+    return text.count("\n", 0, at) + 1
+
+
 def _mark(page: Path, line: int, given: str) -> TableMark:
     kind, *rest = (part.strip() for part in given.split(";"))
-    if kind not in KINDS:
-        raise BadPage(f"{page}:{line}: there is no table {kind!r}; {instead_of(kind, KINDS)}")
+    if kind not in FIELDS:
+        raise BadPage(f"{page}:{line}: there is no table {kind!r}; {instead_of(kind, FIELDS)}")
     fields: dict[str, str] = {}
     for part in filter(None, rest):
         name, colon, value = part.partition(":")
-        if not colon or name.strip() not in FIELDS:
-            raise BadPage(f"{page}:{line}: there is no field {name.strip()!r}; {instead_of(name.strip(), FIELDS)}")
+        if not colon or name.strip() not in FIELDS[kind]:
+            why = instead_of(name.strip(), FIELDS[kind])
+            raise BadPage(f"{page}:{line}: a table {kind!r} has no field {name.strip()!r}; {why}")
+        if name.strip() in fields:
+            raise BadPage(f"{page}:{line}: {name.strip()}: is given twice: leave one out")
         fields[name.strip()] = value.strip()
     if "of" not in fields:
         raise BadPage(f"{page}:{line}: of: is missing: the file of results, from the page's folder")
@@ -88,6 +117,9 @@ def _table(page: Path, line: int, mark: TableMark) -> str:
         return runs_of(results)
     if mark.kind == "verdicts":
         return _verdicts(page, line, mark, results, SeedSet(use or SeedSet.CONFIRMATION.value))
+    study = _study_of(mark, results)
+    if study is not None and results.rows and results.rows[0].definitions in study.claims and not use:
+        raise BadPage(f"{page}:{line}: use: is missing: the study has claims; must be one of {', '.join(USES)}")
     results = results.used_for(use) if use else results
     scenario = mark.fields.get("scenario", "")
     if scenario not in results.scenarios():
@@ -102,8 +134,7 @@ def _table(page: Path, line: int, mark: TableMark) -> str:
 
 
 def _verdicts(page: Path, line: int, mark: TableMark, results: ResultTable, use: SeedSet) -> str:
-    name = mark.fields.get("study") or (results.rows[0].study if results.rows else "")
-    study = find_study(name) if name else None
+    study = _study_of(mark, results)
     definitions = results.rows[0].definitions if results.rows else ""
     if study is None or definitions not in study.claims:
         raise BadPage(f"{page}:{line}: {mark.fields['of']} is of no study with claims")
@@ -114,3 +145,9 @@ def _verdicts(page: Path, line: int, mark: TableMark, results: ResultTable, use:
     if family and family not in families:
         raise BadPage(f"{page}:{line}: family: there is none {family!r}; {instead_of(family, families)}")
     return verdicts_of([each for each in judged if not family or each.claim.family == family])
+
+
+def _study_of(mark: TableMark, results: ResultTable) -> Study | None:
+    """Return the study of results, None for one that is known by its module alone, or for no runs."""
+    name = mark.fields.get("study") or (results.rows[0].study if results.rows else "")
+    return find_study(name) if name in studies() or ":" in mark.fields.get("study", "") else None

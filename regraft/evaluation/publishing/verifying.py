@@ -55,15 +55,23 @@ def verify(rows: Sequence[ResultRow], folder: Path, say: Say, study: Study | Non
         NoSuchStudy: a study cannot be imported.
         NoRoom: the folder cannot be written.
         CodeChanged: the code changed meanwhile.
+        BadRun: a run cannot be read back.
     """
     found: list[Deviation] = []
     for number, row in enumerate(rows, start=1):
-        again = _made_again(row, study or find_study(row.study), folder / f"{number:03d}")
+        again = _made_again(row, study or _named(row), folder / f"{number:03d}")
         differing = [again] if isinstance(again, Deviation) else deviations(row, again)
         found += differing
         outcome = "; ".join(each.text for each in differing) or "equal"
         say(f"{number} of {len(rows)}: {row.configuration}, seed {row.seed}: {outcome}")
     return found
+
+
+def _named(row: ResultRow) -> Study:
+    """Return the study that a row names; no module is imported because a table names it."""
+    if ":" in row.study:
+        raise BadTable(f"the study {row.study!r} is a module's: name it by --study")
+    return find_study(row.study)
 
 
 def _made_again(row: ResultRow, study: Study, folder: Path) -> ResultRow | Deviation:

@@ -25,7 +25,8 @@ def measures_of(results: ResultTable, scenario: str, measures: Sequence[str]) ->
 
 def _mean_and_sd(results: ResultTable, scenario: str, arm: str, measure: str) -> str:
     found = summary(list(results.values(scenario, arm, measure).values()))
-    return mean_and_sd(found.mean, found.sd)
+    missing = len(results.of(scenario, arm)) - found.size
+    return mean_and_sd(found.mean, found.sd) + (f" (of {found.size})" if missing else "")
 
 
 def rows_of(results: ResultTable, scenario: str, measures: Sequence[str]) -> str:
@@ -46,8 +47,10 @@ def verdicts_of(judged: Sequence[Judged]) -> str:
         claim = each.claim
         stated = f"{claim.measure}: `{claim.first}` {SIGNS[claim.direction]} `{claim.second}`"
         verdict = f"**{each.verdict.value}**" + (f", as {each.same_as}" if each.same_as else "")
-        rows.append([claim.name, stated, *_effect_cells(each), number(claim.smallest_effect), verdict])
-    headings = ["claim", "", "first", "second", "difference (95 %)", "pairs won", "p, Holm", "worth having", "verdict"]
+        family = f"{claim.family} ({sum(other.claim.family == claim.family for other in judged)})"
+        rows.append([claim.name, family, stated, *_effect_cells(each), number(claim.smallest_effect), verdict])
+    headings = ["claim", "family (of)", "", "first", "second", "difference as claimed (interval)", "as claimed in"]
+    headings += ["p, Holm", "worth having", "verdict"]
     return table(headings, rows)
 
 
@@ -59,7 +62,7 @@ def _effect_cells(judged: Judged) -> list[str]:
     return [
         number(found.first),
         number(found.second),
-        f"{number(found.difference)} ({number(found.low)} to {number(found.high)})",
+        f"{number(found.difference)} ({number(found.low)} to {number(found.high)}, {judged.confidence:.1%})",
         f"{found.won} of {found.runs}{equal}",
         p_value(judged.p),
     ]
@@ -95,7 +98,7 @@ def _made_with(runs: Sequence[ResultRow]) -> list[str]:
     return [
         ", ".join(dict.fromkeys(f"`{row.code[:12]}`" for row in runs)),
         ", ".join(dict.fromkeys(row.renderer or UNKNOWN for row in runs)),
-        "; ".join(dict.fromkeys(row.versions for row in runs)),
+        "; ".join(f"`{versions}`" for versions in dict.fromkeys(row.versions for row in runs)),
     ]
 
 

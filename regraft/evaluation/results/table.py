@@ -5,10 +5,12 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+LONGEST_RUN = 1e6
+"""Simulated seconds."""
 ABOUT = (
     "study",
     "definitions",
@@ -24,6 +26,8 @@ ABOUT = (
     "renderer",
 )
 """The columns before those of the measures."""
+LONGEST_SEED = 9
+"""Digits of a seed, and of a run's number."""
 SIGNIFICANT = 10
 """Digits of a measure: more than any table shows, fewer than processors differ in."""
 
@@ -80,6 +84,10 @@ class ResultTable:
         """Return the table of the runs whose seeds are of some uses."""
         return ResultTable(self.measures, tuple(row for row in self.rows if row.use in uses), self.file)
 
+    def with_seeds(self, seeds: Collection[int]) -> ResultTable:
+        """Return the table of the runs of some seeds."""
+        return ResultTable(self.measures, tuple(row for row in self.rows if row.seed in seeds), self.file)
+
     def of(self, scenario: str, arm: str) -> dict[tuple[int, int], ResultRow]:
         """Return an arm's runs by seed and, for several of one seed, number."""
         repeated = len({row.seed for row in self.rows if row.arm == arm and row.scenario == scenario}) == 1
@@ -105,14 +113,14 @@ def table_text(table: ResultTable) -> str:
 
 def _cell(value: object) -> str:
     if isinstance(value, float):
-        return "" if math.isnan(value) else f"{value:.{SIGNIFICANT}g}"
+        return f"{value:.{SIGNIFICANT}g}" if math.isfinite(value) else ""
     return str(value)
 
 
 def read_table(file: Path) -> ResultTable:
     """Return the table in a file; raises BadTable."""
     try:
-        lines = list(csv.reader(io.StringIO(file.read_text(encoding="utf-8"))))
+        lines = list(csv.reader(io.StringIO(file.read_text(encoding="utf-8-sig"))))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise BadTable(f"{file}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
     if not lines or tuple(lines[0][: len(ABOUT)]) != ABOUT:
@@ -122,6 +130,7 @@ def read_table(file: Path) -> ResultTable:
         raise BadTable(f"{file}:1: a measure has two columns: leave one out")
     rows = [_row(file, number, line, measures) for number, line in enumerate(lines[1:], start=2)]
     _check_unique(file, rows)
+    _check_one(file, rows)
     return ResultTable(measures, tuple(rows), str(file))
 
 
@@ -141,7 +150,7 @@ def _row(file: Path, number: int, line: Sequence[str], measures: Sequence[str]) 
         return value
 
     def whole(column: str) -> int:
-        if not about[column].isdecimal():
+        if not about[column].isdecimal() or len(about[column]) > LONGEST_SEED:
             raise BadTable(f"{file}:{number}: {column}: must be a whole number, is {about[column]!r}")
         return int(about[column])
 
@@ -162,10 +171,23 @@ def _row(file: Path, number: int, line: Sequence[str], measures: Sequence[str]) 
     )
 
 
-def _check_unique(file: Path, rows: Iterable[ResultRow]) -> None:
-    seen: dict[tuple[str, str, str, int, int], int] = {}
+def _check_unique(file: Path, rows: Sequence[ResultRow]) -> None:
+    """Refuse a run that is there twice. Where all runs have one seed, they differ by their numbers."""
+    one_seed = len({row.seed for row in rows}) == 1
+    seen: dict[tuple[str, int, int], int] = {}
     for number, row in enumerate(rows, start=2):
-        place = (row.study, row.definitions, row.configuration, row.seed, row.number)
+        place = (row.configuration, row.seed, row.number if one_seed else 0)
         if place in seen:
             raise BadTable(f"{file}:{number}: is the run of line {seen[place]} once more: leave one out")
         seen[place] = number
+
+
+def _check_one(file: Path, rows: Sequence[ResultRow]) -> None:
+    """Refuse a table of runs that cannot be compared."""
+    for number, row in enumerate(rows, start=2):
+        for column in ("study", "definitions", "seconds", "renderer"):
+            was, is_now = getattr(rows[0], column), getattr(row, column)
+            if was != is_now:
+                raise BadTable(f"{file}:{number}: {column}: is {is_now!r}, in line 2 {was!r}: a table has one")
+        if not 1.0 <= row.seconds <= LONGEST_RUN:
+            raise BadTable(f"{file}:{number}: seconds: is {row.seconds:g}, must be from 1 to {LONGEST_RUN:g}")

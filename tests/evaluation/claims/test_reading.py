@@ -49,7 +49,7 @@ def test_what_a_file_gives_is_what_is_claimed(tmp_path: Path) -> None:
     assert found.seeds[SeedSet.CONFIRMATION] == (4711, *range(30000, 30019))
     assert len(found.seeds[SeedSet.REPORTING]) == 20
     (claim,) = found.claims
-    assert (claim.name, claim.direction, claim.test) == ("faster", Direction.GREATER, SampleTest.WILCOXON)
+    assert (claim.name, claim.direction, claim.test) == ("faster", Direction.GREATER, SampleTest.SIGN_FLIP)
     assert found.set_of(1005) is SeedSet.TUNING
     assert found.set_of(5000) is None
 
@@ -68,7 +68,7 @@ def test_what_a_file_gives_is_what_is_claimed(tmp_path: Path) -> None:
         ("first: fast", "first: fastest", 14, "there is no arm 'fastest'"),
         ("second: slow", "second: fast", 15, "is the first arm"),
         ("smallest_effect: 1.0", "smallest_effect: 0", 16, "must be more than 0"),
-        ("expected: 2.0", "expected: 0.5", 17, "at least smallest_effect"),
+        ("expected: 2.0", "expected: 0.5", 17, "more than smallest_effect"),
         ("sd: 1.0", "sd: 40.0", 18, "confirmation seeds for a power of 0.9, there are 20"),
         ("    refuted_by: an interval that ends below one\n", "", 10, "refuted_by: is missing"),
         ("sd: 1.0", "sd: 1.0\n    direktion: less", 19, "did you mean 'direction'"),

@@ -104,13 +104,28 @@ def test_a_figure_changed_by_hand_makes_the_check_fail(page: Path) -> None:
             ":3: measures: there is none 'reach'",
         ),
         ("; use: reporting", "; scenario: dark", ":3: scenario: there is none 'dark'"),
-        ("; use: reporting", "; user: reporting", ":3: there is no field 'user'; did you mean 'use'"),
+        ("; use: reporting", "; user: reporting", ":3: a table 'measures' has no field 'user'; did you mean 'use'"),
         ("table: runs; of: results/tiny.csv", "table: runs", ":12: of: is missing"),
         (
             "table: runs; of: results/tiny.csv",
             "table: verdicts; of: results/tiny.csv; study: tests.evaluation.tiny:STUDY",
             ":12: results/tiny.csv is of no study with claims",
         ),
+        ("; use: reporting", "; use: tuning", ":3: use: there is no use 'tuning'"),
+        ("; use: reporting", "; use: reporting; use: reporting", ":3: use: is given twice"),
+        (
+            "table: runs; of: results/tiny.csv",
+            "table: runs; of: results/tiny.csv; scenario: x",
+            ":12: a table 'runs' has no field",
+        ),
+        ("<!-- table: same", "<!--table: same", ":8: is no mark of a table"),
+        ("<!-- table: same", "<!-- Table: same", ":8: is no mark of a table"),
+        (
+            "measures: reached -->\n<!-- end of table -->\n\nText",
+            "measures: reached --> \n<!-- end of table -->\n\nText",
+            ":3: is no mark of a table",
+        ),
+        ("Text of ours.", "<!-- end of table -->", ":6: is no mark of a table"),
         ("old\n<!-- end of table -->\n", "old\n", ":12: a table has no end"),
     ],
 )
@@ -128,3 +143,17 @@ def test_a_table_that_is_not_there_is_refused(page: Path) -> None:
     code, told = tables(str(page))
     assert code == 2
     assert "No such file" in told
+
+
+def test_an_example_in_a_fence_is_no_table(page: Path) -> None:
+    example = "```html\n<!-- table: measures; of: results/none.csv -->\n```\n"
+    page.write_text(PAGE + example)
+    assert tables(str(page))[0] == 0
+    assert page.read_text().endswith(example)
+
+
+def test_of_several_pages_none_is_changed_if_one_is_wrong(page: Path) -> None:
+    wrong = page.with_name("wrong.md")
+    wrong.write_text("<!-- table: nothing -->\n")
+    assert tables(str(page), str(wrong))[0] == 2
+    assert page.read_text() == PAGE

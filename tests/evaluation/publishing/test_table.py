@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -40,6 +41,8 @@ def test_a_table_is_read_back_as_it_was(
         (",0.5\n", ",inf\n", ":2: reached: must be a number, is 'inf'"),
         (",0.5\n", "\n", ":2: has 12 fields, must have 13"),
         (",1,1,4,", ",one,1,4,", ":2: seed: must be a whole number, is 'one'"),
+        (",1,1,4,", ",12345678901,1,4,", ":2: seed: must be a whole number"),
+        (",1,1,4,", ",1,1,-4,", ":2: seconds: is -4, must be from 1"),
         (",reached\n", ",reached,reached\n", ":1: a measure has two columns"),
     ],
 )
@@ -58,3 +61,24 @@ def test_a_run_that_is_there_twice_is_refused(tmp_path: Path) -> None:
     file.write_text(table_text(ResultTable(("reached",), (row(), row(2), row()))))
     with pytest.raises(BadTable, match=":4: is the run of line 2 once more"):
         read_table(file)
+
+
+def test_a_second_run_of_a_seed_is_refused_under_any_number(tmp_path: Path) -> None:
+    file = tmp_path / "results.csv"
+    file.write_text(table_text(ResultTable(("reached",), (row(), row(2), replace(row(), number=99)))))
+    with pytest.raises(BadTable, match=":4: is the run of line 2 once more"):
+        read_table(file)
+
+
+def test_runs_that_cannot_be_compared_are_refused(tmp_path: Path) -> None:
+    file = tmp_path / "results.csv"
+    for other in (replace(row(2), seconds=9.0), replace(row(2), definitions="hard"), replace(row(2), renderer="egl")):
+        file.write_text(table_text(ResultTable(("reached",), (row(), other))))
+        with pytest.raises(BadTable, match=r":3: .* a table has one"):
+            read_table(file)
+
+
+def test_a_byte_order_mark_is_no_part_of_a_column(tmp_path: Path) -> None:
+    file = tmp_path / "results.csv"
+    file.write_text(table_text(ResultTable(("reached",), (row(),))), encoding="utf-8-sig")
+    assert read_table(file).measures == ("reached",)

@@ -80,3 +80,16 @@ def test_a_table_without_runs_is_refused(results: Path, tmp_path: Path) -> None:
     code, told = verify(empty)
     assert code == 2
     assert "has no runs" in told
+
+
+def test_a_module_is_not_imported_because_a_table_names_it(results: Path, tmp_path: Path) -> None:
+    file = of_fast(results, tmp_path, "tiny,", "os:path,")
+    done = CliRunner().invoke(command_line(), ["evaluate", "verify", str(file)])
+    assert done.exit_code == 2
+    assert "name it by --study" in done.output
+
+
+def test_a_file_in_place_of_a_folder_for_the_runs_is_refused(results: Path) -> None:
+    done = CliRunner().invoke(command_line(), ["evaluate", "verify", str(results), "--out", str(results)])
+    assert done.exit_code == 2
+    assert "is there already" in done.output

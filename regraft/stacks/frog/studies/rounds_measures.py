@@ -240,7 +240,9 @@ def within_budget_share(rows: Rows) -> float:
 
 
 def detecting_utility(rows: Rows) -> float:
-    """Return hits per picture times the share of the time within the budget."""
+    """Return hits per picture times the share of the time within the budget; 0 for a run without a picture."""
+    if not pictures(rows):
+        return 0.0
     return utility.detecting_utility(hits_per_picture(rows), within_budget_share(rows))
 
 
