@@ -17,7 +17,8 @@ def seeds_needed(claim: Claim, claims: Claims) -> int:
     """Return the seeds with which the claim holds with the power that its file asks for.
 
     The effect is taken to be what is expected. Two things have to succeed: the test at the level of the family, and
-    the estimate, which has to be worth having. For a claim of equality, both one-sided tests have to (Schuirmann 1987).
+    the estimate, which has to be worth having. For a claim of equality, both one-sided tests have to (Schuirmann
+    1987).
     """
     normal = NormalDist()
     level = normal.inv_cdf(1.0 - claims.alpha_of(claim))

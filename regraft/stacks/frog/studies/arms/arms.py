@@ -2,8 +2,8 @@
 
 All that adapt may choose among 0.10, 0.17 and 0.26 m/s every 250 ms. In that time a bandit's choice takes effect,
 within 0.1 s at 2.5 m/s², and its speed is measured. They may choose either camera, 1 or 3 pictures, and 1.0 or 3.0 s
-before each. Their information differs, as their kinds do. Bandits learn from rewards alone; plans and rules read what they
-name. The forecast alone reads where the hydrant is ahead.
+before each. Their information differs, as their kinds do. Bandits learn from rewards alone; plans and rules read what
+they name. The forecast alone reads where the hydrant is ahead.
 
 None knows whether the corner camera sees the hydrant: in the scenario ``rooms`` nobody could. The forecast begins with
 one half and learns from pictures, as the bandits do from rewards. The arms named ``published`` have the options of the
