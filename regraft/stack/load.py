@@ -125,8 +125,7 @@ def _architecture(root: Section, refused: frozenset[str]) -> Architecture:
     if not specs and not root.report.problems:
         root.wrong("components", "there are none: a stack needs at least one")
     architecture = replace(architecture, constraints=read_constraints(root, specs))
-    architecture, known = with_modes(root, architecture, refused)
-    return with_rules(root, architecture, modes_known=known)
+    return with_rules(root, with_modes(root, architecture, refused))
 
 
 def _connected(

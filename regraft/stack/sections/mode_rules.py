@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
 from regraft.bus_schema.encoding import codec
@@ -14,17 +14,19 @@ from regraft.bus_schema.model.modes.mode_conditions import condition_problems
 from regraft.bus_schema.model.modes.mode_deciders import deciders, fed_as_needed
 from regraft.bus_schema.model.modes.mode_parts import part_of
 from regraft.bus_schema.suggestions import instead_of, no_such
-from regraft.stack.yaml.nodes import Node
+from regraft.stack.sections.modes import ReadModes
+from regraft.stack.yaml.nodes import Location, Node
 from regraft.stack.yaml.section import Section
 
 PLANNER = "regraft.adaptation_manager.planners.modes.mode_planner:ModePlanner"
 
 
-def with_rules(root: Section, architecture: Architecture, *, modes_known: bool = True) -> Architecture:
+def with_rules(root: Section, read: ReadModes) -> Architecture:
     """Return the architecture with the rules of ``rules``, after those of a file of system_modes.
 
     Where the names of the modes are not known, what speaks of them is not judged: most of it would be wrong.
     """
+    architecture, modes_known = read.architecture, read.names_known
     section = root.section("rules")
     before = len(root.report.problems)
     modes = architecture.modes if modes_known else None
@@ -34,7 +36,7 @@ def with_rules(root: Section, architecture: Architecture, *, modes_known: bool =
     if own and described and not deciders(architecture.components.values()):
         root.wrong("rules", f"nobody enforces them: add a component of the class {PLANNER}")
     if described and modes_known and len(root.report.problems) == before:
-        _check_conditions(root, found)
+        _check_conditions(root, found, read.rule_locations)
     table = root.section("components")
     fed = {
         name: fed_as_needed(spec, table.section(name).optional_text_map("connect"), found)
@@ -87,7 +89,7 @@ def _check_modes(section: Section, mode: str, start: Iterable[str], modes: Colle
             section.wrong("from", f"{each!r} is the mode that it leads to: leave it out")
 
 
-def _check_conditions(root: Section, architecture: Architecture) -> None:
+def _check_conditions(root: Section, architecture: Architecture, locations: Mapping[str, Location]) -> None:
     """Note conditions that cannot be, and rules that lead in a circle: where a mode is wrong, that is not known."""
     own = Section(root.node("rules") or Node({}), "rules", root.report)
     for rule in architecture.mode_rules:
@@ -95,7 +97,7 @@ def _check_conditions(root: Section, architecture: Architecture) -> None:
             if rule.name in own:
                 own.section(rule.name).wrong("when", problem)
             else:
-                root.wrong("modes", f"rule {rule.name}: {problem}")
+                root.report.add_at(locations[rule.name], f"rules.{rule.name}", problem)
     if root.report.problems:
         return
     changes = {
@@ -107,5 +109,5 @@ def _check_conditions(root: Section, architecture: Architecture) -> None:
         last = max(circle.rules, key=[rule.name for rule in architecture.mode_rules].index)
         others = ", ".join(repr(name) for name in circle.rules if name != last)
         why = f"leads in a circle with {others}: " if others else "leads in a circle: "
-        place = f"rules.{last}" if last in own else "modes"
-        root.report.add(place, f"{why}{circle}; let their conditions exclude each other")
+        location = locations.get(last) or root.report.location_of(f"rules.{last}")
+        root.report.add_at(location, f"rules.{last}", f"{why}{circle}; let their conditions exclude each other")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from regraft.bus_schema.annotations import PlainValue
@@ -16,7 +16,7 @@ from regraft.bus_schema.suggestions import no_such
 from regraft.stack.relative_paths import with_absolute_paths
 from regraft.stack.sections.mode_changes import change_problems, parameter_problems, targets_of
 from regraft.stack.sections.system_modes import GivenValue, read_system_modes_file
-from regraft.stack.yaml.nodes import Node, plain
+from regraft.stack.yaml.nodes import Location, Node, plain
 from regraft.stack.yaml.problems import StackError
 from regraft.stack.yaml.section import Section
 
@@ -24,8 +24,20 @@ PlainChange = dict[str, PlainValue]
 MODES = "modes"
 
 
-def with_modes(root: Section, architecture: Architecture, refused: Collection[str] = ()) -> tuple[Architecture, bool]:
-    """Return the architecture with the modes of ``modes``, and whether the names of all modes are known.
+@dataclass(frozen=True, slots=True)
+class ReadModes:
+    """An architecture with its modes; ``names_known`` is whether the names of all modes are.
+
+    ``rule_locations`` are the places of rules that a file of system_modes has, by name.
+    """
+
+    architecture: Architecture
+    names_known: bool
+    rule_locations: Mapping[str, Location] = field(default_factory=dict)
+
+
+def with_modes(root: Section, architecture: Architecture, refused: Collection[str] = ()) -> ReadModes:
+    """Return the architecture with the modes of ``modes``.
 
     The modes speak of its components. One that is wrong is noted, and has the changes that are right. ``modes`` may
     name a file of ROS 2's system_modes. That is looked for from the folder of the file that names it, and so is what
@@ -39,30 +51,32 @@ def with_modes(root: Section, architecture: Architecture, refused: Collection[st
     targets = targets_of(architecture, (meant for changes in read.values() for _, meant, _ in changes), refused)
     for changes in read.values():
         for place, meant, _ in changes:
-            for field, problem in change_problems(meant, targets):
-                section.wrong(f"{place}.{field}", problem)
+            for below, problem in change_problems(meant, targets):
+                section.wrong(f"{place}.{below}", problem)
     for changes in read.values():
         for twice in contradictions([meant for _, meant, _ in changes]):
             section.wrong(f"{changes[twice.change or 0][0]}.{twice.field}", twice.problem)
     found = {name: {place: whole for place, _, whole in changes} for name, changes in read.items()}
     _check_entered(section, found)
     known = given is None or given.value is None or isinstance(given.value, dict)
-    return _unfolded({name: list(changes.values()) for name, changes in found.items()}, architecture), known
+    whole = {name: list(changes.values()) for name, changes in found.items()}
+    return ReadModes(_unfolded(whole, architecture), known)
 
 
-def _of_file(root: Section, given: Node, architecture: Architecture) -> tuple[Architecture, bool]:
-    """Return the architecture with the modes of a file of system_modes, and whether it could be read."""
+def _of_file(root: Section, given: Node, architecture: Architecture) -> ReadModes:
+    """Return the architecture with the modes of a file of system_modes."""
     components, folder = architecture.components, given.location.folder
     try:
         read = read_system_modes_file(folder / str(given.value), components)
     except StackError as error:
         root.report.problems += error.problems
-        return architecture, False
+        return ReadModes(architecture, names_known=False)
     for value in read.values:
-        for field, problem in _value_problems(value, components[value.component], folder):
-            root.report.add_at(value.node.location, field, problem)
+        for path, problem in _value_problems(value, components[value.component], folder):
+            root.report.add_at(value.node.location, path, problem)
     modes = {name: _with_absolute_paths(changes, components, folder) for name, changes in read.modes.items()}
-    return replace(architecture, modes=modes, mode_parts=read.parts, mode_rules=read.rules), True
+    architecture = replace(architecture, modes=modes, mode_parts=read.parts, mode_rules=read.rules)
+    return ReadModes(architecture, names_known=True, rule_locations=read.rule_locations)
 
 
 def _value_problems(value: GivenValue, spec: ComponentSpec, folder: Path) -> Iterator[tuple[str, str]]:

@@ -37,12 +37,16 @@ class GivenValue:
 
 @dataclass(frozen=True, slots=True)
 class SystemModesFile:
-    """The changes of each mode as plain data, the modes of other parts that it enters, rules and values."""
+    """The changes of each mode as plain data, the modes of other parts that it enters, rules and values.
+
+    ``rule_locations`` are the places of rules, by name.
+    """
 
     modes: dict[str, PlainValue]
     parts: dict[str, tuple[str, ...]]
     rules: tuple[ModeRule, ...]
     values: tuple[GivenValue, ...]
+    rule_locations: dict[str, Location]
 
 
 def read_system_modes(file: Path, components: Collection[str]) -> dict[str, PlainValue]:
@@ -67,6 +71,7 @@ def read_system_modes_file(file: Path, components: Collection[str]) -> SystemMod
         {name: modes for name, modes in entered.items() if modes},
         tuple(rules),
         tuple(reader.values()),
+        {f"{part.name}.{name}": node.location for part in reader.parts.values() for name, node in part.rules.items()},
     )
 
 

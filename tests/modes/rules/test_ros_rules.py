@@ -109,7 +109,10 @@ def test_a_circle_among_them_is_refused_with_the_modes_on_the_way(tmp_path: Path
         if_part: [laser, active]
         new_target: active.CAREFUL
 """
-    (found,) = _problems(tmp_path, FILE.replace("driver:\n  ros__", f"{back}driver:\n  ros__"))
+    modes = FILE.replace("driver:\n  ros__", f"{back}driver:\n  ros__")
+    (found,) = _problems(tmp_path, modes)
+    line = 1 + next(number for number, text in enumerate(modes.splitlines()) if text.strip() == "leave:")
+    assert (Path(found.file).name, found.line, found.field) == ("modes.yaml", line, "rules.chassis.leave")
     assert "leads in a circle with 'chassis.return': " in found.problem
     first, second = "chassis.__DEFAULT__", "chassis.CAREFUL"
     assert f"{first} > {second} > {first}" in found.problem or f"{second} > {first} > {second}" in found.problem
