@@ -183,6 +183,7 @@ def test_a_folder_has_one_campaign_at_a_time(copied: Path) -> None:
     assert run(copied, "--resume")[0] == 0
 
 
+@pytest.mark.evidence
 def test_a_run_beside_busy_loops_does_not_fail_and_is_the_one_made_alone(whole: Path, tmp_path: Path) -> None:
     with Load(4, apart=True):
         code, said = run(tmp_path, "--runs", "1", "--configurations", "slow")

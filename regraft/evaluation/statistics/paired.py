@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 Place = tuple[int, int]
 """A run's seed and, where all runs have one seed, its number."""
 RESAMPLES = 5000
-FLIPS = 100_000
+FLIPS = 20_000
 """Ways to flip the signs of differences that are tried, drawn at random where there are more."""
 
 
