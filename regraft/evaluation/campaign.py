@@ -263,9 +263,10 @@ class Campaign:
 
     def _check_unchanged(self, process: RunProcess, renderer: str) -> None:
         how = process.made_of.differences(process.plan.fingerprint())
-        others = {renderer_of(self.home(plan)) for plan in self.wanted.plans() if self.home(plan).is_dir()}
-        if others - {renderer}:
-            how.append(f"another renderer ({', '.join(sorted(others))} in other runs, {renderer} in this one)")
+        kept = next((self.home(plan) for plan in self.wanted.plans() if self.home(plan).is_dir()), None)
+        before = renderer if kept is None else renderer_of(kept)  # all that are kept have one
+        if before != renderer:
+            how.append(f"another renderer ({before} in other runs, {renderer} in this one)")
         if how:
             self._note(process, Outcome.INTERRUPTED)
             raise CodeChanged(

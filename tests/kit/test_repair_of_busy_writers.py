@@ -25,7 +25,7 @@ PAIR = (TOPIC, "writer")
 
 
 class Reader:
-    """What asks a writer again, with its thread in the hands of the test."""
+    """A repair that asks a writer again, with its thread in the hands of the test."""
 
     def __init__(self, hub: MemoryHub) -> None:
         self.posted: queue.Queue[Callable[[], object]] = queue.Queue()

@@ -183,7 +183,9 @@ class Clerk(Component):
         self.heard += [reading.stamp for reading in self.times.take()]
 
 
-def test_a_message_that_was_lost_before_a_marker_came_is_sent_again(steps: StepSite) -> None:
+def test_a_message_that_was_lost_before_a_marker_came_is_sent_again(
+    steps: StepSite, monkeypatch: pytest.MonkeyPatch
+) -> None:
     steps.start(Reporter, "reporter")
     steps.start(Clerk, "clerk")
     wait_until(lambda: {"reporter", "clerk"} <= steps.runtimes.keys(), "both to run")
@@ -198,7 +200,7 @@ def test_a_message_that_was_lost_before_a_marker_came_is_sent_again(steps: StepS
         else:
             arrive(sample)
 
-    inbound.arrive = lose_one  # type: ignore[method-assign]
+    monkeypatch.setattr(inbound, "arrive", lose_one)
     steps.start_world(TinyWorld, ("reporter", "clerk"), 4.0)
     assert steps.wait_finished().reproducible
     assert lost

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import time
 
+import pytest
+
 from regraft import Component, every
 from tests.stepped.parts import TinyWorld
 from tests.support.stepped.step_site import StepSite
@@ -21,7 +23,7 @@ class Thorough(Component):
 
     def _work(self) -> None:
         self.beats_by_then.append(len(self.beats))
-        time.sleep(2 * HEARTBEAT)
+        time.sleep(2 * HEARTBEAT)  # the work itself, which nothing is awaited by
 
     @every(seconds=1.0)
     def first(self) -> None:
@@ -36,7 +38,9 @@ class Thorough(Component):
         self._work()
 
 
-def test_timers_that_are_due_in_one_step_do_not_add_up_to_silence(steps: StepSite) -> None:
+def test_timers_that_are_due_in_one_step_do_not_add_up_to_silence(
+    steps: StepSite, monkeypatch: pytest.MonkeyPatch
+) -> None:
     steps.start(Thorough, "thorough", heartbeat=HEARTBEAT)
     wait_until(lambda: "thorough" in steps.runtimes, "the component")
     thorough, reporter = steps.component("thorough"), steps.runtimes["thorough"].reporter
@@ -46,7 +50,7 @@ def test_timers_that_are_due_in_one_step_do_not_add_up_to_silence(steps: StepSit
         thorough.beats.append(reporter.next_beat)
         beat()
 
-    reporter.beat = count  # type: ignore[method-assign]
+    monkeypatch.setattr(reporter, "beat", count)
     steps.start_world(TinyWorld, ("thorough",), 1.0)
     steps.wait_finished()
     first, second, third = thorough.beats_by_then[-3:]

@@ -8,7 +8,7 @@ from enum import Enum
 from pathlib import Path
 from random import Random
 
-from regraft.evaluation.campaign import BadCampaign, Campaign, Progress, Wanted
+from regraft.evaluation.campaign import BadCampaign, Campaign, Wanted
 from regraft.evaluation.finding import find_study
 from regraft.evaluation.results.recording import result_table
 from regraft.evaluation.results.table import SIGNIFICANT, BadTable, ResultRow, ResultTable
@@ -38,9 +38,14 @@ Say = Callable[[str], object]
 
 
 def sampled(table: ResultTable, count: int, seed: int) -> tuple[ResultRow, ...]:
-    """Return so many rows, drawn by ``seed``, all of them if there are no more; raises BadTable if there are none."""
+    """Return so many rows, drawn by ``seed``, all of them if there are no more.
+
+    Raises BadTable if there are none, or several of one seed: a row does not hold what differs between those.
+    """
     if not table.rows:
         raise BadTable(f"{table.file}: has no runs: there is nothing to make again")
+    if len({(row.configuration, row.seed) for row in table.rows}) < len(table.rows):
+        raise BadTable(f"{table.file}: has several runs of one seed, as --one-seed makes them: none can be made again")
     rows = Random(seed).sample(table.rows, min(count, len(table.rows)))
     return tuple(sorted(rows, key=table.rows.index))
 
@@ -79,17 +84,13 @@ def _made_again(row: ResultRow, study: Study, folder: Path) -> ResultRow | Devia
     campaign = Campaign(wanted, folder)
     try:
         with campaign.opened(resume=False):
-            campaign.run(_no_progress, lambda text: None)
+            campaign.run(lambda progress: None, lambda text: None)
     except BadCampaign as error:
         raise BadTable(str(error)) from None
     results = campaign.results()
     if results.failures:
         return Deviation(row, DeviationCode.FAILED, f"failed: {results.failures[0].why}")
     return result_table(study, results, lambda seed: row.use).rows[0]
-
-
-def _no_progress(progress: Progress) -> None:
-    pass
 
 
 def _configuration(study: Study, row: ResultRow) -> Configuration:

@@ -8,8 +8,10 @@ from regraft.evaluation.claims.judging import Judged, did_the_same, same_by
 from regraft.evaluation.reports.markdown import UNKNOWN, mean_and_sd, number, p_value, table
 from regraft.evaluation.results.table import ResultRow, ResultTable
 from regraft.evaluation.statistics.paired import Direction
-from regraft.evaluation.statistics.samples import LEAST_RUNS, summary
+from regraft.evaluation.statistics.samples import summary
 
+MOST_SPANS = 10
+"""Ranges of seeds that are shown one by one."""
 SIGNS = {Direction.GREATER: ">", Direction.LESS: "<", Direction.EQUAL: "="}
 
 
@@ -115,4 +117,4 @@ def _seeds(runs: Sequence[ResultRow]) -> str:
         else:
             spans.append([seed, seed])
     shown = [str(first) if first == last else f"{first} to {last}" for first, last in spans]
-    return ", ".join(shown if len(shown) <= LEAST_RUNS else [*shown[:3], f"… ({len(seeds)} seeds)"])
+    return ", ".join(shown if len(shown) <= MOST_SPANS else [*shown[:3], f"… ({len(seeds)} seeds)"])

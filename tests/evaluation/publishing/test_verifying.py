@@ -93,3 +93,12 @@ def test_a_file_in_place_of_a_folder_for_the_runs_is_refused(results: Path) -> N
     done = CliRunner().invoke(command_line(), ["evaluate", "verify", str(results), "--out", str(results)])
     assert done.exit_code == 2
     assert "is there already" in done.output
+
+
+def test_several_runs_of_one_seed_are_refused(results: Path, tmp_path: Path) -> None:
+    file = of_fast(results, tmp_path)
+    head, row = file.read_text().splitlines()
+    file.write_text("\n".join((head, row, row.replace(",1,1,4,", ",1,2,4,"))) + "\n")
+    code, told = verify(file)
+    assert code == 2
+    assert "has several runs of one seed" in told

@@ -1,4 +1,4 @@
-"""What no decision can mean is named before anything runs: by file, line and field, with what would be right, once."""
+"""A decision that can mean nothing is refused before anything runs: by file, line and field, and once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a mode sets and connects is checked with the stack: each mistake in its own line, and once."""
+"""Modes are checked with the stack, in all that they set and connect: each mistake in its own line, and once."""
 
 from __future__ import annotations
 
