@@ -23,7 +23,7 @@ class Thorough(Component):
 
     def _work(self) -> None:
         self.beats_by_then.append(len(self.beats))
-        time.sleep(2 * HEARTBEAT)  # the work itself, which nothing is awaited by
+        time.sleep(2 * HEARTBEAT)  # the work itself: nothing is waited for
 
     @every(seconds=1.0)
     def first(self) -> None:
