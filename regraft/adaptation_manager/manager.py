@@ -22,6 +22,8 @@ from regraft.adaptation_manager.targets.component_client import ControlFailed
 from regraft.adaptation_manager.targets.context import Bounds
 from regraft.bus_schema.messages.management.manager import (
     ArchitectureRequest,
+    ArchitectureTag,
+    ArchitectureTagRequest,
     CancelAdaptation,
     ConfirmAdaptation,
     JournalPage,
@@ -34,6 +36,7 @@ from regraft.bus_schema.model.adaptation import (
     ADAPT,
     APPLIED,
     ARCHITECTURE,
+    ARCHITECTURE_TAG,
     CANCEL,
     CONFIRM,
     JOURNAL,
@@ -200,6 +203,12 @@ class AdaptationManager(Component):
             why = f"there is no revision {wanted.revision}; the architecture is at {current.revision}"
             raise RequestRefused(why, RefusalCode.NOT_FOUND, field="revision")
         return found
+
+    @service(ARCHITECTURE_TAG)
+    async def architecture_tag(self, wanted: ArchitectureTagRequest) -> ArchitectureTag:
+        """Return the tag of the architecture as it is now, by which who knows it need not read it again."""
+        await self._gate.passed(self.queue_limit)
+        return ArchitectureTag(self._store.tag())
 
     @service(MODES)
     async def modes(self, wanted: ModesRequest) -> SystemModes:

@@ -9,7 +9,11 @@ import numpy as np
 
 from regraft import Component, Output, Parameter, every, service
 from regraft.bus_schema.messages.geometry import Pose
-from regraft.bus_schema.messages.management.manager import ArchitectureRequest
+from regraft.bus_schema.messages.management.manager import (
+    ArchitectureRequest,
+    ArchitectureTag,
+    ArchitectureTagRequest,
+)
 from regraft.bus_schema.messages.protocol.control import Rewire, RewireStep
 from regraft.bus_schema.messages.reflection import ReflectedEntries, ReflectedEntry
 from regraft.bus_schema.messages.sensors import Image
@@ -61,6 +65,12 @@ class ActingManager(Component):
         """The changes that were applied so far, in their order."""
         applied = [report for report in self.reports if report.outcome is Outcome.APPLIED]
         return [change for report in applied for change in report.request.changes]
+
+    @service("adaptation_manager/architecture_tag")
+    def tag(self, request: ArchitectureTagRequest) -> ArchitectureTag:
+        """Show the tag of the architecture."""
+        assert self.architecture is not None
+        return ArchitectureTag(str(self.architecture.revision))
 
     @service("adaptation_manager/architecture")
     def show(self, request: ArchitectureRequest) -> Architecture:

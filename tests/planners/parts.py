@@ -11,7 +11,11 @@ from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRef
 from regraft.adaptation_manager.planners.bandits.bandit_planner import BanditPlanner
 from regraft.bus_schema.annotations import Connections
 from regraft.bus_schema.messages.geometry import Twist
-from regraft.bus_schema.messages.management.manager import ArchitectureRequest
+from regraft.bus_schema.messages.management.manager import (
+    ArchitectureRequest,
+    ArchitectureTag,
+    ArchitectureTagRequest,
+)
 from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
 from regraft.bus_schema.model.adaptation import (
     AdaptationReport,
@@ -51,11 +55,17 @@ class SmallManager(Component):
         self.fates: list[Outcome | str] = []
         self.requests: list[AdaptationRequest] = []
         self.takes = 0.0
+        self.shown = 0
+
+    @service("adaptation_manager/architecture_tag")
+    def tag(self, request: ArchitectureTagRequest) -> ArchitectureTag:
+        if self.fates[:1] == ["blind"]:
+            raise RequestRefused("the journal cannot be read", RefusalCode.UNAVAILABLE)
+        return ArchitectureTag(str(self.architecture.revision))
 
     @service("adaptation_manager/architecture")
     def show(self, request: ArchitectureRequest) -> Architecture:
-        if self.fates[:1] == ["blind"]:
-            raise RequestRefused("the journal cannot be read", RefusalCode.UNAVAILABLE)
+        self.shown += 1
         return self.architecture
 
     @service("adaptation_manager/adapt")

@@ -73,6 +73,16 @@ def test_the_option_that_is_expected_to_be_worth_most_is_applied_and_the_journal
         assert back.changes == (SetParameters("navigator", {"max_velocity": 0.26}),)
 
 
+def test_the_architecture_is_read_again_only_after_it_has_changed() -> None:
+    with bench() as on:
+        for _ in range(3):
+            on.propose({"nearest": 2.0})
+        assert on.manager.shown == 1
+        on.propose({"nearest": 0.3})
+        on.propose({"nearest": 0.3})
+        assert on.manager.shown == 2
+
+
 def test_what_stands_stays_if_nothing_is_better_by_the_margin() -> None:
     with bench() as on:
         assert on.propose({"nearest": 2.0}).choice["outcome"] == "unchanged"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -29,6 +30,9 @@ class ArchitectureStore:
         self._gave = 0
         self._durations: Durations | None = None
         self._unwritten: list[AdaptationReport] = []
+        self._tagged: Architecture | None = None
+        self._tags = 0
+        self._opened_as = secrets.token_hex(8)
         self._closed_because = "the journal has not been opened yet"
 
     # --- opening ---
@@ -129,6 +133,13 @@ class ArchitectureStore:
         """Return the architecture as it should be now, also one that is not final yet."""
         assert self.architecture is not None
         return self.unconfirmed or self.architecture
+
+    def tag(self) -> str:
+        """Return what stands for the current architecture: another one has another, also in another process."""
+        if self._tagged is not self.current():
+            self._tagged = self.current()
+            self._tags += 1
+        return f"{self._opened_as}-{self._tags}"
 
     def confirming(self, report: AdaptationReport, architecture: Architecture) -> None:
         """Note that an adaptation waits for confirmation: its architecture is published, not final. Raises

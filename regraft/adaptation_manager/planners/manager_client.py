@@ -9,12 +9,17 @@ from typing import Final, Self
 
 from regraft import CallFailed, Future, Kit, RefusalCode, RequestRefused
 from regraft.bus_schema.annotations import PlainValue
-from regraft.bus_schema.messages.management.manager import ArchitectureRequest
+from regraft.bus_schema.messages.management.manager import (
+    ArchitectureRequest,
+    ArchitectureTag,
+    ArchitectureTagRequest,
+)
 from regraft.bus_schema.messages.planning import ProposalRequest
 from regraft.bus_schema.messages.protocol.requests import Answer
 from regraft.bus_schema.model.adaptation import (
     ADAPT,
     ARCHITECTURE,
+    ARCHITECTURE_TAG,
     MAX_CONTEXT_SIZE,
     AdaptationReport,
     AdaptationRequest,
@@ -27,6 +32,8 @@ from regraft.bus_schema.model.robots.scopes import SHARED
 
 ATTEMPTS: Final = 3
 """How often an adaptation is worked out when somebody else was faster each time."""
+SHORTEST: Final = 0.001
+"""Seconds for the second of two questions where the first took nearly all the time."""
 MAX_WAITING: Final = 16
 MAX_ACTOR_LENGTH: Final = 200
 MAX_REASON_LENGTH: Final = 1000
@@ -78,14 +85,27 @@ class Manager:
 
     def __init__(self, kit: Kit) -> None:
         self._kit = kit
+        self._known: Architecture | None = None
+        self._known_as = ""
 
     async def architecture(self, within: float) -> Architecture:
-        """Return what should be now; raises RequestRefused if it is not to be had within so many seconds."""
+        """Return what should be now; raises RequestRefused if it is not to be had within so many seconds.
+
+        It is read again only when its tag is another. One that changes between both questions is kept under the older
+        tag, so that the next question reads it again.
+        """
+        call, until = self._kit.call, self._kit.now() + within
         try:
-            return await self._kit.call(SHARED + ARCHITECTURE, ArchitectureRequest(), Architecture, timeout=within)
+            told = await call(SHARED + ARCHITECTURE_TAG, ArchitectureTagRequest(), ArchitectureTag, timeout=within)
+            if self._known is not None and told.tag == self._known_as:
+                return self._known
+            left = max(until - self._kit.now(), SHORTEST)
+            found = await call(SHARED + ARCHITECTURE, ArchitectureRequest(), Architecture, timeout=left)
         except CallFailed as error:
             why = f"the adaptation manager cannot be asked: {error}"
             raise RequestRefused(why, RefusalCode.UNAVAILABLE) from None
+        self._known, self._known_as = found, told.tag
+        return found
 
     async def carry_out(
         self,

@@ -30,6 +30,7 @@ CANCEL = "adaptation_manager/cancel"
 CONFIRM = "adaptation_manager/confirm"
 JOURNAL = "adaptation_manager/journal"
 ARCHITECTURE = "adaptation_manager/architecture"
+ARCHITECTURE_TAG = "adaptation_manager/architecture_tag"
 """The services of the adaptation manager."""
 
 MAX_CONTEXT_SIZE = 16_384

@@ -67,6 +67,20 @@ class JournalPage:
     faults: tuple[SystemFault, ...] = ()
 
 
+@message("regraft/ArchitectureTagRequest")
+@dataclass(frozen=True, slots=True)
+class ArchitectureTagRequest:
+    """Ask for the tag of the architecture as it should be now."""
+
+
+@message("regraft/ArchitectureTag")
+@dataclass(frozen=True, slots=True)
+class ArchitectureTag:
+    """Stands for one state of the architecture: no later state has the same (as an ETag, RFC 9110, section 8.8.3)."""
+
+    tag: Annotated[str, Text(200)]
+
+
 @message("regraft/ArchitectureRequest")
 @dataclass(frozen=True, slots=True)
 class ArchitectureRequest:
