@@ -18,7 +18,16 @@ from tests.missions.acting import CORNER, OWN
 from tests.missions.robot import MISSIONS, darkness
 from tests.missions.test_rounds import FAR, NEAR, Rounds
 
-COMMON = ("rounds_internal_common", "rounds_external_common", "rounds_planned", "rounds_planned_unmonitored")
+COMMON = (
+    "rounds_internal_common",
+    "rounds_external_common",
+    "rounds_external_context",
+    "rounds_planned",
+    "rounds_planned_unmonitored",
+    "rounds_planned_no_lead",
+    "rounds_planned_no_bearing",
+    "rounds_planned_no_rate",
+)
 
 
 def attributes(file: Path) -> Iterator[tuple[str, str]]:
@@ -43,11 +52,33 @@ def test_all_strategies_choose_among_the_same_speeds_at_the_same_interval(missio
 
 
 def test_all_strategies_choose_among_the_same_ways_to_look() -> None:
-    (planned,) = values("rounds_planned", "options")
-    script = next(value for name, value in attributes(MISSIONS / "rounds_external_common.xml") if "cameras :=" in value)
-    assert planned == "camera/image;corner_camera/image | 1;3 | 1.0;3.0"
-    assert "'camera/image;corner_camera/image'" in script
-    assert "' | 1;3 | 1.0;3.0'" in script
+    for mission in ("rounds_planned", "rounds_planned_no_bearing", "rounds_planned_no_rate"):
+        assert values(mission, "options") == {"camera/image;corner_camera/image | 1;3 | 1.0;3.0"}
+    for mission in ("rounds_external_common", "rounds_external_context"):
+        script = next(value for name, value in attributes(MISSIONS / f"{mission}.xml") if "cameras :=" in value)
+        assert "'camera/image;corner_camera/image'" in script
+        assert "' | 1;3 | 1.0;3.0'" in script
+
+
+def entries(mission: str) -> set[str]:
+    """Return what the forecast reads before a look."""
+    (given,) = values(mission, "entries")
+    return set(given.split(";"))
+
+
+def test_each_ablation_leaves_one_part_of_the_forecast_out() -> None:
+    whole = entries("rounds_planned")
+    bearing = {"hydrant_x", "hydrant_y", "robot_x", "robot_y", "robot_qz", "robot_qw"}
+    assert whole - entries("rounds_planned_no_bearing") == bearing
+    assert whole - entries("rounds_planned_no_rate") == {"corner_rate"}
+    assert whole - entries("rounds_planned_unmonitored") == {"corner_faults"}
+    planned, no_lead = (
+        next(value for value in values(mission, "knobs") if "navigator.power" in value)
+        for mission in ("rounds_planned", "rounds_planned_no_lead")
+    )
+    assert " + 0.1 * navigator.max_velocity" in planned
+    without_layout = [" ".join(text.split()) for text in (planned, no_lead)]
+    assert without_layout[0].replace(" + 0.1 * navigator.max_velocity", "") == without_layout[1]
 
 
 def test_every_arm_has_a_mission_and_a_name_of_its_own() -> None:
@@ -92,6 +123,16 @@ def test_by_the_rules_the_robot_looks_for_itself_while_the_corner_camera_is_faul
         assert 0.0 <= rounds.board["energy_left"] < 59.275
 
 
+def test_the_rules_that_learn_leave_a_corner_camera_that_does_not_see_the_hydrant() -> None:
+    with Rig() as rig:
+        rounds = Rounds(rig, "rounds_rules_learned", drives=1.0)
+        rounds.senses.values["corner_faults"] = 0.0
+        rounds.detector.seen_from = set()
+        rig.advance(20.0)
+        assert rounds.cameras == [CORNER, OWN]
+        assert asked(rounds) == {"pictures": 1, "interval": 3.0}
+
+
 def test_the_internal_plan_goes_from_speed_to_speed_of_those_that_all_have() -> None:
     with Rig() as rig:
         rounds = Rounds(rig, "rounds_internal_common", drives=60.0)
@@ -125,6 +166,33 @@ def test_the_bandits_try_every_speed_and_learn_the_utility() -> None:
         assert {speed for _, speed in rounds.speeds} == {0.1, 0.17, 0.26}
         learned = planner.snapshot()["frog/max_velocity"]["learned"]["ucb_tuned"][1]
         assert [mean for _, mean, _ in learned.values()] == [pytest.approx(driving_reward(FAR, 0.26), rel=1e-3)] * 3
+
+
+def test_the_contextual_bandits_learn_to_be_slow_near_things_and_fast_elsewhere() -> None:
+    with Rig() as rig:
+        rig.add(BanditPlanner, "bandits")
+        rounds = Rounds(rig, "rounds_external_context", drives=400.0)
+        for turn in range(8):
+            nearest, best = ((NEAR, 0.17), (FAR, 0.26))[turn % 2]
+            rounds.senses.values["nearest"] = nearest
+            chosen = []
+            for _ in range(120):
+                rig.advance(0.1)
+                rounds.senses.values["speed"] = rounds.speeds[-1][1] if rounds.speeds else 0.26
+                chosen.append(rounds.senses.values["speed"])
+        assert sum(speed == best for speed in chosen) > 100
+
+
+def test_the_contextual_bandits_look_by_what_the_forecast_reads() -> None:
+    with Rig() as rig:
+        planner = rig.add(BanditPlanner, "bandits")
+        rounds = Rounds(rig, "rounds_external_context", drives=1.0)
+        rounds.navigator.reached.append(0.0)
+        rounds.detector.seen_from = {0.0, 1.0}
+        rounds.senses.values |= {"corner_faults": 0.0, "robot_x": 0.0, "robot_y": 0.0, "robot_qz": 0.0, "robot_qw": 1.0}
+        rig.advance(40.0)
+        names = planner.snapshot()["frog/look"]["learned"]["linucb"][1]["names"]
+        assert {"blocked", "dark", "rate"} <= set(names) <= {"ahead", "blocked", "dark", "rate"}
 
 
 def test_the_bandits_learn_what_each_way_to_look_is_worth() -> None:
@@ -171,6 +239,18 @@ def test_with_single_pictures_the_forecast_chooses_the_camera_alone() -> None:
         rig.advance(20.0)
         assert rounds.cameras[0] == CORNER
         assert set(rounds.detector.asked) == {1}
+
+
+def test_without_the_lead_the_forecast_waits_until_something_is_near() -> None:
+    with Rig() as rig:
+        rig.add(ForecastPlanner, "forecast")
+        rounds = Rounds(rig, "rounds_planned_no_lead", drives=60.0)
+        rounds.senses.values["nearest"] = 0.48
+        rig.advance(4.0)
+        assert rounds.speeds == []
+        rounds.senses.values["nearest"] = NEAR
+        rig.advance(4.0)
+        assert [speed for _, speed in rounds.speeds] == [0.17]
 
 
 @pytest.mark.parametrize(("mission", "interval"), [("rounds_planned", 0.25), ("rounds_planned_3s", 3.0)])

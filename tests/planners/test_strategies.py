@@ -147,6 +147,21 @@ def test_linucb_takes_a_number_that_comes_later_into_what_it_knows() -> None:
     )
 
 
+def test_linucb_learns_on_computed_numbers_and_leaves_out_what_cannot_be_computed() -> None:
+    computed = {"near": "1.0 if nearest < 0.5 else 0.0", "odd": "missing + 1"}
+    strategy = new("linucb", computed=computed, features=("near", "odd"), alpha=0.5)
+    assert strategy.relevant({"nearest": 0.3, "other": 7.0}) == {"near": 1.0}
+    chosen = play(
+        strategy,
+        ["slow", "fast"],
+        lambda turn, key: 0.9 if (key == "slow") == (turn % 2 == 0) else 0.2,
+        400,
+        context=lambda turn: strategy.relevant({"nearest": 0.3 if turn % 2 == 0 else 2.0}),
+    )
+    right = [(key == "slow") == (turn % 2 == 0) for turn, key in enumerate(chosen)]
+    assert sum(right[100:]) > 290
+
+
 @pytest.mark.parametrize("name", ALL.names())
 @given(data=st.data())
 @settings(max_examples=25, deadline=None)

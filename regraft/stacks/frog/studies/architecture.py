@@ -1,8 +1,8 @@
 """Evaluation B of ReBeT: does adapting the architecture pay? (E. G. Alberts et al., ACSOS 2024, section IV-B.)
 
 ``published`` runs the plans as they were published, faults included. ``corrected`` compares ways to decide that have
-the same options, fixed rules and controls: in the open, with the corner camera blocked for 30 % of the time, and in
-rooms that differ. `regraft.stacks.frog.studies.arms` has them.
+the same options, fixed rules and controls: with the corner camera blocked for 30 % of the time, and in rooms that
+differ. `regraft.stacks.frog.studies.arms` has them.
 """
 
 from __future__ import annotations

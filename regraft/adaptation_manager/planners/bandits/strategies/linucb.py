@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import lru_cache
 from random import Random
 from typing import Annotated, Final
 
@@ -14,6 +16,7 @@ from regraft.adaptation_manager.planners.bandits.strategies.averages import MAX_
 from regraft.adaptation_manager.planners.bandits.strategy import CannotLearn, Decision, Knobs, Offer, Strategy
 from regraft.bus_schema.annotations import Bounds, PlainValue
 from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.model.expressions import Expression, Unknown
 
 MAX_FEATURES: Final = 32
 LARGEST: Final = 1e6
@@ -26,12 +29,24 @@ Vector = NDArray[np.float64]
 class LinUcbKnobs(Knobs):
     """``alpha`` widens the bound, ``ridge`` holds the weights back; ``features`` are the context's numbers that count.
 
-    Without ``features`` all numbers of the context count. They should be of the order of 1.
+    ``computed`` are further numbers of the context, each an expression over those that were given. Without
+    ``features`` all numbers count. They should be of the order of 1.
     """
 
     alpha: Annotated[float, Bounds(0.0, 100.0)] = 1.0
     ridge: Annotated[float, Bounds(1e-6, 1e6)] = 1.0
     features: tuple[str, ...] = ()
+    computed: dict[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        Knobs.__post_init__(self)
+        if len(self.computed) > MAX_FEATURES:
+            raise BadMessage(f"are {len(self.computed)}, must be at most {MAX_FEATURES}", ("computed",))
+        for name, text in self.computed.items():
+            try:
+                _expression(text)
+            except BadMessage as error:
+                raise error.inside(name).inside("computed") from None
 
 
 @dataclass(slots=True)
@@ -57,22 +72,24 @@ class LinUcb(Strategy[LinUcbKnobs]):
         self._models: dict[str, Model] = {}
 
     def relevant(self, context: Mapping[str, float]) -> dict[str, float]:
-        """Return the numbers that count."""
-        return {name: context[name] for name in self._counting(context)}
+        """Return the numbers that count; a computed one that is unknown is none of them."""
+        numbers = {**context, **self._computed(context)}
+        return {name: numbers[name] for name in self._counting(numbers)}
 
     def check(self, offer: Offer) -> None:
         """Refuse features that the context lacks, and more numbers than can be learned on."""
-        missing = [name for name in self.knobs.features if name not in offer.context]
+        missing = [name for name in self.knobs.features if name not in {*offer.context, *self.knobs.computed}]
         if missing:
             there = ", ".join(sorted(offer.context)) or "none"
             raise BadMessage(f"the context has no number {missing[0]!r}; its numbers: {there}", ("features",))
-        for name, value in self.relevant(offer.context).items():
+        relevant = self.relevant(offer.context)
+        for name, value in relevant.items():
             if abs(value) > LARGEST:
                 raise BadMessage(
                     f"the context's {name!r} is {value:g}, must be within {LARGEST:g}: name those that count",
                     ("features",),
                 )
-        names = self._names_with(offer.context)
+        names = self._names_with(relevant)
         if len(names) > MAX_FEATURES:
             raise BadMessage(f"are {len(names)}, must be at most {MAX_FEATURES}: name those that count", ("features",))
 
@@ -98,6 +115,17 @@ class LinUcb(Strategy[LinUcbKnobs]):
 
     def _counting(self, context: Mapping[str, float]) -> list[str]:
         return [name for name in sorted(context) if not self.knobs.features or name in self.knobs.features]
+
+    def _computed(self, context: Mapping[str, float]) -> dict[str, float]:
+        found = {}
+        for name, text in self.knobs.computed.items():
+            try:
+                value = _expression(text).number(context)
+            except Unknown:
+                continue
+            if math.isfinite(value):
+                found[name] = value
+        return found
 
     def _names_with(self, context: Mapping[str, float]) -> tuple[str, ...]:
         return tuple(dict.fromkeys((*self._names, *self._counting(context))))
@@ -130,3 +158,8 @@ def _padded(model: Model | None, size: int) -> Model:
         grown.products[:met, :met] = model.products
         grown.earned[:met] = model.earned
     return grown
+
+
+@lru_cache(maxsize=256)
+def _expression(text: str) -> Expression:
+    return Expression(text)
