@@ -26,7 +26,7 @@ LARGE = "demo_two_robots"
 ANY_PORT = ("--set", "gateway.port=0")
 SHORT = ("--headless", "--speed", "max", "--for", "1", *ANY_PORT, "--json")
 UNTIL_INTERRUPTED = ("--headless", "--speed", "real", "--for", "3600", *ANY_PORT, "--json")
-ONE_RUN = ("--runs", "1", "--configurations", "baseline.open", "--for", "2")
+ONE_RUN = ("--runs", "1", "--configurations", "baseline.rooms", "--for", "2")
 WHILE_IT_RUNS = ("ps", "param", "lifecycle")
 
 

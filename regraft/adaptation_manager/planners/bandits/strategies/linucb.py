@@ -72,7 +72,7 @@ class LinUcb(Strategy[LinUcbKnobs]):
         self._models: dict[str, Model] = {}
 
     def relevant(self, context: Mapping[str, float]) -> dict[str, float]:
-        """Return the numbers that count; a computed one that is unknown is none of them."""
+        """Return the numbers that count, without computed ones that are unknown."""
         numbers = {**context, **self._computed(context)}
         return {name: numbers[name] for name in self._counting(numbers)}
 
