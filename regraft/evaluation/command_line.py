@@ -27,6 +27,7 @@ from regraft.evaluation.publishing.commands import (
     claims,
     claims_of,
     fill_tables,
+    join_results,
     results_and_verdicts,
     verify_results,
 )
@@ -58,6 +59,7 @@ evaluate = typer.Typer(
 )
 evaluate.command("claims")(claims)
 evaluate.command("verify")(verify_results)
+evaluate.command("join")(join_results)
 evaluate.command("tables")(fill_tables)
 
 

@@ -1,4 +1,4 @@
-"""``regraft evaluate claims|verify|tables``: the claims of a study, its results made again, and the tables of pages."""
+"""``regraft evaluate claims|verify|join|tables``: claims of a study, its results, and the tables of pages."""
 
 from __future__ import annotations
 
@@ -22,8 +22,9 @@ from regraft.evaluation.finding import NoSuchStudy, find_study
 from regraft.evaluation.publishing.documents import BadPage, filled
 from regraft.evaluation.publishing.verifying import sampled, verify
 from regraft.evaluation.reports.result_tables import SIGNS, verdicts_of
+from regraft.evaluation.results.joining import joined
 from regraft.evaluation.results.recording import result_table
-from regraft.evaluation.results.table import BadTable, ResultTable, read_table
+from regraft.evaluation.results.table import BadTable, ResultTable, read_table, table_text
 from regraft.evaluation.runs.run_directory import BadRun
 from regraft.evaluation.study import Results, Study
 
@@ -140,6 +141,26 @@ def verify_results(
     say(f"{len(rows) - wrong} of {len(rows)} runs of {file} came out again")
     if differing:
         raise typer.Exit(FAILED)
+
+
+def join_results(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Tables of results of one study.")],
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The table to write.")],
+) -> None:
+    """Join tables of runs that were made in parts, with the same code, into one."""
+    try:
+        tables = [read_table(file) for file in files]
+        empty = next((table.file for table in tables if not table.rows), None)
+        if empty is not None:
+            raise BadInput(f"{empty}: has no runs: leave it out")
+        whole_table = joined(tables)
+    except BadTable as error:
+        raise BadInput(str(error)) from None
+    try:
+        write_whole(out, table_text(whole_table).encode())
+    except OSError as error:
+        raise Failed(f"{out}: cannot be written: {error.strerror}") from None
+    say(f"{out}: {len(whole_table.rows)} runs of {len(tables)} tables")
 
 
 def fill_tables(

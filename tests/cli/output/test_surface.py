@@ -70,6 +70,7 @@ ABOUT_NO_SYSTEM = {
     "regraft decision show FILE",
     "regraft doctor",
     "regraft evaluate claims STUDY",
+    "regraft evaluate join FILE...",
     "regraft evaluate run STUDY",
     "regraft evaluate tables PAGE...",
     "regraft evaluate verify FILE",
