@@ -113,4 +113,5 @@ STUDY = Study(
     timing_only,
     SECONDS,
     measures=COLUMNS,
+    claims={"corrected": FOLDER / "studies" / "arms" / "claims.yaml"},
 )
