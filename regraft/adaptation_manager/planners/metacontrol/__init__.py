@@ -1,0 +1,4 @@
+"""The metacontroller of MROS2: skills with realizations, chosen by a knowledge base.
+
+``skills`` is the language in which skills are described, its checks and what is generated from it.
+"""

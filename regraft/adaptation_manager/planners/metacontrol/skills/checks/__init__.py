@@ -1,0 +1,1 @@
+"""The checks of a model, a file for each subject."""

@@ -1,0 +1,31 @@
+"""Inputs, outputs and results of skills."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from regraft.adaptation_manager.planners.metacontrol.skills.diagnostics import Code, Findings
+from regraft.adaptation_manager.planners.metacontrol.skills.model import SkillSet
+from regraft.bus_schema.encoding.registry import known_types
+from regraft.bus_schema.encoding.topic_types import know_schema
+from regraft.bus_schema.suggestions import Hints
+
+TYPES: Final = ("bool", "int", "float", "string", "PoseStamped")
+"""The types of the published grammar."""
+
+
+def check(skills: SkillSet, findings: Findings) -> None:
+    """Note types that are neither published nor message types, and results whose number is none."""
+    know_schema()
+    known = {*TYPES, *(each.name for each in known_types())}
+    hints = Hints(known)
+    for skill in skills.skills:
+        for each in (*skill.inputs, *skill.outputs):
+            if each.type not in known:
+                problem = f"{each.name}: there is no type {each.type!r}; {hints.instead_of(each.type)}"
+                findings.error(each.place, Code.UNKNOWN_TYPE, problem)
+        for result in skill.results:
+            if result.number is not None and not math.isfinite(result.number):
+                problem = f"the number of {result.kind.value!r} is out of range: it goes to about 1.8e308"
+                findings.error(result.place, Code.BAD_NUMBER, problem)

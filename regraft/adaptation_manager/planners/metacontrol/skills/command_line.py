@@ -1,0 +1,205 @@
+"""``regraft skills``: checks files of skills, shows them, and generates what others read.
+
+textX and rdflib are imported by the commands that need them: no other command waits for them.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+import typer
+
+from regraft.adaptation_manager.planners.metacontrol.skills.generators.owl import PUBLISHED, Namespaces
+from regraft.cli.outcomes import BAD_INPUT, BadInput
+from regraft.cli.terminal.options import JsonOption
+from regraft.cli.terminal.output import complain, say, show_json, show_table
+
+if TYPE_CHECKING:
+    from regraft.adaptation_manager.planners.metacontrol.skills.diagnostics import Diagnostic
+    from regraft.adaptation_manager.planners.metacontrol.skills.reading import CheckedSkills
+
+skills = typer.Typer(
+    help="Check files of robot skills, and generate from them.", no_args_is_help=True, rich_markup_mode=None
+)
+
+IRI: Final = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:[^\s<>\"{}|\\^`]+[#/]")
+SYSTEM: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(?:/[A-Za-z_][A-Za-z0-9_]*)*")
+
+FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="A file of skills, such as navigation.skills.")]
+StackOption = Annotated[
+    Path | None, typer.Option("--stack", metavar="STACK", help="The stack whose components realize the skills.")
+]
+
+
+@skills.command("check")
+def check(file: FileArgument, stack: StackOption = None, as_json: JsonOption = False) -> None:
+    """Check a file with all that it imports; with a stack, also its components and their parameters."""
+    checked = _checked(file, stack)
+    if as_json:
+        show_json(_plain(file, checked))
+        if _errors(checked):
+            raise typer.Exit(BAD_INPUT)
+        return
+    _refuse_if_wrong(checked)
+    for each in checked.diagnostics:
+        say(str(each))
+    say(f"{file}: {_counted(checked)}: right")
+
+
+@skills.command("generate")
+def generate(
+    file: FileArgument,
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder of the three files.")],
+    stack: StackOption = None,
+    one_system: Annotated[
+        str, typer.Option("--one-system", metavar="NAME", help="One system with all modes, instead of one a skill.")
+    ] = "",
+    tomasys: Annotated[
+        str, typer.Option("--tomasys", metavar="IRI", help="The namespace of TOMASys' terms.")
+    ] = PUBLISHED.tomasys,
+    mros: Annotated[
+        str, typer.Option("--mros", metavar="IRI", help="The namespace of MROS' terms and of qualities.")
+    ] = PUBLISHED.mros,
+    domain: Annotated[
+        str, typer.Option("--domain", metavar="IRI", help="The namespace of the individuals.")
+    ] = PUBLISHED.domain,
+) -> None:
+    """Write modes for system_modes, the components to observe, and individuals for an ontology."""
+    namespaces = _namespaces(tomasys, mros, domain)
+    checked = _right(file, stack)
+    _check_system(one_system, checked)
+    from regraft.adaptation_manager.planners.metacontrol.skills.generators.writing import generated, write_files
+
+    files = generated(checked.skills, namespaces, one_system)
+    try:
+        write_files(files, out)
+    except (OSError, ValueError) as error:
+        raise BadInput(f"--out {out}: {getattr(error, 'strerror', None) or error}: nothing was changed") from None
+    say(f"{out}: {', '.join(files)}")
+
+
+@skills.command("outline")
+def outline(file: FileArgument, as_json: JsonOption = False) -> None:
+    """Show the tree of skills, realizations, components and configurations."""
+    from regraft.adaptation_manager.planners.metacontrol.skills.outline import (
+        outline_lines,
+        outline_of,
+        outline_plain,
+    )
+
+    checked = _checked(file, None)
+    entries = outline_of(checked.skills)
+    if as_json:
+        show_json({**_plain(file, checked), "outline": outline_plain(entries)})
+        if _errors(checked):
+            raise typer.Exit(BAD_INPUT)
+        return
+    for line in outline_lines(entries):
+        say(line)
+    _refuse_if_wrong(checked)
+
+
+@skills.command("count")
+def count(file: FileArgument, as_json: JsonOption = False) -> None:
+    """Count the assertions and lines of each realization in the generated ontology."""
+    checked = _right(file, None)
+    from regraft.adaptation_manager.planners.metacontrol.skills.counting import counts
+    from regraft.adaptation_manager.planners.metacontrol.skills.generators.owl import individuals
+
+    found = counts(individuals(checked.skills))
+    rows = [
+        {
+            "skill": each.realization.skill,
+            "realization": each.realization.name,
+            "object": each.objects,
+            "data": each.data,
+            "class": each.classes,
+            "assertions": each.assertions,
+            "lines": each.lines,
+        }
+        for each in found
+    ]
+    if as_json:
+        show_json({"file": str(file), "realizations": rows})
+        return
+    headings = ("skill", "realization", "object", "data", "class", "assertions", "lines")
+    show_table(headings, [list(row.values()) for row in rows], empty="no realization can be chosen")
+
+
+def _checked(file: Path, stack: Path | None) -> CheckedSkills:
+    from regraft.adaptation_manager.planners.metacontrol.skills.reading import checked_skills
+
+    if stack is None:
+        return checked_skills(file)
+    from regraft.stack import load
+    from regraft.stack.installed import stack_file
+
+    return checked_skills(file, load(stack_file(stack), complain).architecture)
+
+
+def _right(file: Path, stack: Path | None) -> CheckedSkills:
+    """Return a file without errors; its warnings are shown. Raises BadInput."""
+    checked = _checked(file, stack)
+    _refuse_if_wrong(checked)
+    for each in checked.diagnostics:
+        complain(str(each))
+    return checked
+
+
+def _errors(checked: CheckedSkills) -> list[Diagnostic]:
+    from regraft.adaptation_manager.planners.metacontrol.skills.diagnostics import Severity
+
+    return [each for each in checked.diagnostics if each.severity is Severity.ERROR]
+
+
+def _refuse_if_wrong(checked: CheckedSkills) -> None:
+    """Raise BadInput with all that is wrong, if an error is among it."""
+    if _errors(checked):
+        from regraft.adaptation_manager.planners.metacontrol.skills.diagnostics import shown
+
+        raise BadInput("\n".join(shown(checked.diagnostics)))
+
+
+def _counted(checked: CheckedSkills) -> str:
+    found = checked.skills
+    numbers = {"skill": len(found.skills), "realization": len(found.realizations), "file": len(found.files)}
+    return ", ".join(f"{number} {name}{'' if number == 1 else 's'}" for name, number in numbers.items())
+
+
+def _plain(file: Path, checked: CheckedSkills) -> dict[str, Any]:
+    from regraft.adaptation_manager.planners.metacontrol.skills.outline import plain_place
+
+    return {
+        "file": str(file),
+        "skills": len(checked.skills.skills),
+        "realizations": len(checked.skills.realizations),
+        "diagnostics": [
+            {
+                **plain_place(each.place),
+                "severity": each.severity.value,
+                "code": each.code.value,
+                "message": each.message,
+            }
+            for each in checked.diagnostics
+        ],
+    }
+
+
+def _namespaces(tomasys: str, mros: str, domain: str) -> Namespaces:
+    for option, given in (("--tomasys", tomasys), ("--mros", mros), ("--domain", domain)):
+        if not IRI.fullmatch(given):
+            raise BadInput(f"{option} {given}: must be an absolute IRI that ends in '#' or '/', as {PUBLISHED.mros}")
+    if len({tomasys, mros, domain}) < 3:
+        raise BadInput("--tomasys, --mros and --domain must differ: a realization may be named like a term")
+    return Namespaces(tomasys, mros, domain)
+
+
+def _check_system(name: str, checked: CheckedSkills) -> None:
+    from regraft.adaptation_manager.planners.metacontrol.skills.meaning import components_of
+
+    if name and not SYSTEM.fullmatch(name):
+        raise BadInput(f"--one-system {name}: must be letters, digits and '_', also in parts with '/' between them")
+    if name in components_of(checked.skills.realizations):
+        raise BadInput(f"--one-system {name}: is the name of a component: take another")

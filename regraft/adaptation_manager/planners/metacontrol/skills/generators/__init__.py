@@ -1,0 +1,1 @@
+"""Files for system_modes, observers and ontologies."""

@@ -1,0 +1,1 @@
+"""Skills that other files import by the file's name."""
