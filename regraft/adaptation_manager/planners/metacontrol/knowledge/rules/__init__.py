@@ -1,0 +1,1 @@
+"""The rule engine: Horn rules over facts, and a forward chainer that keeps each derivation."""

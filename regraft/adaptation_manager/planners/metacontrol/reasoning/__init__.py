@@ -1,0 +1,1 @@
+"""The metacontroller's reasoning: which objectives are in error, and which designs to select for them."""

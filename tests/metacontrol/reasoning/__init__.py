@@ -1,0 +1,1 @@
+"""Analysis and plan of the metacontroller."""
