@@ -1,0 +1,209 @@
+"""The plan step: a design for each objective, decided together by priority. It is a function of its arguments.
+
+Of the designs of the current context, those are candidates that are realisable, do not rest, have not failed, and
+whose estimates meet every requirement. The one with the highest utility is selected; of equal ones the present design,
+then the first in the files. A design that would change what another objective holds is left to a later try.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Final, TypeAlias
+
+from regraft.adaptation_manager.planners.metacontrol.knowledge.model import (
+    Design,
+    Model,
+    Objective,
+    objective_problems,
+)
+from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
+from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import Status
+from regraft.adaptation_manager.planners.metacontrol.reasoning.analysis import Analysis, ObjectiveState
+from regraft.adaptation_manager.planners.metacontrol.reasoning.assessment import (
+    Against,
+    Assessment,
+    Objection,
+    assess,
+)
+from regraft.adaptation_manager.planners.metacontrol.reasoning.decisions import Decision, Plan, status_without_design
+from regraft.adaptation_manager.planners.metacontrol.reasoning.resting import Resting
+from regraft.adaptation_manager.planners.metacontrol.reasoning.situation import (
+    MAX_NESTING,
+    Situation,
+    required_objectives,
+)
+
+MARGIN: Final = 0.05
+"""How much better a design must be to replace one that is without errors."""
+
+MAX_TRIES: Final = 10_000
+
+Clash: TypeAlias = Callable[[str, str], str]
+"""Returns why two designs exclude each other, empty if they do not."""
+
+
+def no_clash(one: str, other: str) -> str:
+    """Return that designs do not exclude each other."""
+    return ""
+
+
+def clash_of_modes(modes: Mapping[str, Mapping[str, str]]) -> Clash:
+    """Return a test by the modes into which each design puts its components: two modes of one exclude each other."""
+
+    def clash(one: str, other: str) -> str:
+        mine, others = modes.get(one, {}), modes.get(other, {})
+        for component in mine.keys() & others.keys():
+            if mine[component] != others[component]:
+                short = local_name(component)
+                return f"it needs {short} in {mine[component]!r}, and {local_name(other)} in {others[component]!r}"
+        return ""
+
+    return clash
+
+
+def plan(
+    model: Model,
+    situation: Situation,
+    analysis: Analysis,
+    resting: Resting,
+    now: float,
+    *,
+    clash: Clash = no_clash,
+    margin: float = MARGIN,
+) -> Plan:
+    """Return a decision for each objective, and for those that selected designs require.
+
+    ``now`` is the time of the clock that ``resting`` has. An objective that must be refused has the reasons, and no
+    design.
+    """
+    planner = _Planner(model, situation, analysis, resting, now, clash, margin)
+    order = sorted(enumerate(situation.objectives), key=lambda each: (-each[1].priority, each[0]))
+    for _, objective in order:
+        planner.decide(objective, ())
+    return Plan(tuple(planner.decisions))
+
+
+@dataclass(slots=True)
+class _Planner:
+    """Decides objective by objective; ``held`` are the designs that are taken, with their objectives."""
+
+    model: Model
+    situation: Situation
+    analysis: Analysis
+    resting: Resting
+    now: float
+    clash: Clash
+    margin: float
+    held: list[tuple[str, str]] = field(default_factory=list)
+    decisions: list[Decision] = field(default_factory=list)
+    tries: int = 0
+
+    def decide(self, objective: Objective, path: tuple[str, ...], parent: str = "") -> bool:
+        """Decide an objective and what its design requires; return whether it has a design."""
+        problems = objective_problems(self.model, objective)
+        if problems:
+            self.decisions.append(Decision(objective.name, parent, None, None, Status.UNGROUNDED, refused=problems))
+            return False
+        state = self.analysis.objectives.get(objective.name, ObjectiveState(Status.UNGROUNDED))
+        grounding = self.situation.grounding_of(objective.name)
+        present = grounding.design if grounding is not None else None
+        assessed = self._assessed(objective, present)
+        place = len(self.decisions)
+        for name in self._ordered(objective, state, present, assessed):
+            objection = self._try(objective, name, path)
+            if objection is None:
+                assessed[name] = replace(assessed[name], is_selected=True)
+                shown = tuple(self._compared(assessed, name))
+                decision = Decision(objective.name, parent, present, name, Status.IN_PROGRESS, shown)
+                self.decisions.insert(place, decision)
+                return True
+            assessed[name] = assessed[name].with_objection(objection)
+        shown = tuple(assessed.values())
+        status = status_without_design(state.status, shown)
+        self.decisions.append(Decision(objective.name, parent, present, None, status, shown))
+        return False
+
+    def _assessed(self, objective: Objective, present: str | None) -> dict[str, Assessment]:
+        designs = self.model.designs_of(objective.function, self.situation.context)
+        return {
+            design.name: assess(
+                design,
+                objective,
+                self.model.qualities,
+                self.analysis,
+                self.resting,
+                self.now,
+                is_present=design.name == present,
+            )
+            for design in designs
+        }
+
+    def _ordered(
+        self, objective: Objective, state: ObjectiveState, present: str | None, assessed: Mapping[str, Assessment]
+    ) -> list[str]:
+        """Return the candidates, the one to try first at the beginning."""
+        candidates = [each for each in assessed.values() if not each.against]
+        # Sorting is stable, and the designs are in the order of their files.
+        candidates.sort(key=lambda each: (-each.utility, not each.is_present))
+        ordered = [each.design for each in candidates]
+        if present is None:
+            return _with_first(ordered, objective.design)
+        keeps = not (state.is_in_error or state.updatable or objective.always_improve)
+        improves = objective.always_improve and not (state.is_in_error or state.updatable)
+        if present in ordered and improves:
+            gain = candidates[0].utility - assessed[present].utility
+            keeps = gain <= self.margin
+        return _with_first(ordered, present) if keeps else ordered
+
+    def _try(self, objective: Objective, name: str, path: tuple[str, ...]) -> Objection | None:
+        """Take a design and what it requires; return why that is not possible, with nothing taken."""
+        design = self.model.designs[name]
+        self.tries += 1
+        if self.tries > MAX_TRIES:
+            return Objection(Against.REQUIRED, f"the search was given up after {MAX_TRIES} designs")
+        for holder, other in self.held:
+            why = self.clash(name, other)
+            if why:
+                return Objection(Against.CLASH, f"{why}, which {local_name(holder)} holds", holder)
+        if objective.function in path or len(path) >= MAX_NESTING:
+            functions = " -> ".join(local_name(each) for each in (*path, objective.function))
+            return Objection(Against.CIRCULAR, f"its function requires itself: {functions}")
+        held, decisions = len(self.held), len(self.decisions)
+        self.held.append((objective.name, name))
+        objection = self._require(objective, design, (*path, objective.function))
+        if objection is not None:
+            del self.held[held:]
+            del self.decisions[decisions:]
+        return objection
+
+    def _require(self, objective: Objective, design: Design, path: tuple[str, ...]) -> Objection | None:
+        for required in required_objectives(objective, design):
+            if not self.decide(required, path, objective.name):
+                failed = next(each for each in reversed(self.decisions) if each.objective == required.name)
+                return Objection(
+                    Against.REQUIRED, f"it requires {local_name(required.function)}, which has no design: {failed.why}"
+                )
+        return None
+
+    def _compared(self, assessed: Mapping[str, Assessment], selected: str) -> list[Assessment]:
+        """Return the assessments, with the reason why a candidate was not the selected one."""
+        best = assessed[selected]
+        return [
+            each if each.against or each.is_selected else each.with_objection(_less_useful(each, best))
+            for each in assessed.values()
+        ]
+
+
+def _with_first(ordered: list[str], first: str | None) -> list[str]:
+    return [first, *(name for name in ordered if name != first)] if first in ordered and first else ordered
+
+
+def _less_useful(each: Assessment, best: Assessment) -> Objection:
+    short = local_name(best.design)
+    if each.utility > best.utility:
+        state = "the present design" if best.is_present else "the design asked for"
+        return Objection(Against.LESS_USEFUL, f"{short} is {state}, and was kept")
+    if each.utility == best.utility:
+        return Objection(Against.LESS_USEFUL, f"it is as useful as {short}, which is present or stands before it")
+    return Objection(Against.LESS_USEFUL, f"{short} is more useful: {best.utility:.4g}")
