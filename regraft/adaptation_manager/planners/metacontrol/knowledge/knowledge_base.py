@@ -9,12 +9,13 @@ from pathlib import Path
 from rdflib import OWL, RDF, Graph
 from rdflib.term import Node
 
-from regraft.adaptation_manager.planners.metacontrol.knowledge.assertions import read_facts
-from regraft.adaptation_manager.planners.metacontrol.knowledge.axioms import Axioms, read_axioms
-from regraft.adaptation_manager.planners.metacontrol.knowledge.documents import Document
 from regraft.adaptation_manager.planners.metacontrol.knowledge.errors import KnowledgeError, Problem
-from regraft.adaptation_manager.planners.metacontrol.knowledge.imports import ONTOLOGIES, read_all
-from regraft.adaptation_manager.planners.metacontrol.knowledge.literals import add_fact
+from regraft.adaptation_manager.planners.metacontrol.knowledge.owl.assertions import read_facts
+from regraft.adaptation_manager.planners.metacontrol.knowledge.owl.axioms import Axioms, read_axioms
+from regraft.adaptation_manager.planners.metacontrol.knowledge.owl.documents import Document
+from regraft.adaptation_manager.planners.metacontrol.knowledge.owl.imports import ONTOLOGIES, read_all
+from regraft.adaptation_manager.planners.metacontrol.knowledge.owl.literals import add_fact
+from regraft.adaptation_manager.planners.metacontrol.knowledge.owl.swrl import declared_variables, read_rules
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.atoms import Rule
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.chainer import (
     Base,
@@ -24,7 +25,6 @@ from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.chainer imp
 )
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.conflicts import Conflict, conflicts
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import Fact
-from regraft.adaptation_manager.planners.metacontrol.knowledge.swrl import declared_variables, read_rules
 
 LEVELS = (ONTOLOGIES / "tomasys.owl", ONTOLOGIES / "mros.owl", ONTOLOGIES / "navigation.owl")
 """The two upper levels of a knowledge base for navigation; the file of an application's individuals follows."""

@@ -7,13 +7,15 @@ against a design, without anything to reset.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 from regraft.adaptation_manager.planners.metacontrol.knowledge import names
 from regraft.adaptation_manager.planners.metacontrol.knowledge.knowledge_base import KnowledgeBase
 from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Model
+from regraft.adaptation_manager.planners.metacontrol.knowledge.owl.axioms import relevant_axioms
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.chainer import Conclusions, Program
+from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.conflicts import added_conflicts, conflicts
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.explanation import Reason, explain
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import Data, Fact, Term, truth
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import Status
@@ -75,6 +77,8 @@ class Analysis:
     failed: tuple[tuple[str, str], ...]
     conflicts: tuple[str, ...]
     conclusions: Conclusions
+    texts: dict[str, str] = field(default_factory=dict, repr=False, compare=False)
+    """What assessments wrote about a design: many objectives ask for it."""
 
     def why_unrealisable(self, design: str) -> Reason | None:
         """Return why a design is not realisable, None if it is."""
@@ -104,12 +108,16 @@ class Analyser:
     def __init__(self, knowledge: KnowledgeBase) -> None:
         self.knowledge = knowledge
         self.model: Model = model_of(knowledge)
-        program = Program((*knowledge.axioms.rules, *knowledge.rules))
+        # The types that axioms give to what is stated were checked when the files were loaded.
+        program = Program((*relevant_axioms(knowledge.axioms, knowledge.rules), *knowledge.rules))
         self._base = program.over(fact for fact in knowledge.facts if fact[0] not in RUN_TIME)
+        functional = knowledge.axioms.functional
+        self._lasting_conflicts = conflicts(self._base.conclude(), functional)
 
     def analyse(self, situation: Situation) -> Analysis:
         """Return what follows from a situation; raises TooManyFacts where rules have no end."""
         conclusions = self._base.conclude(facts_of(self.model, situation))
+        added = added_conflicts(conclusions, self.knowledge.axioms.functional)
         statuses: dict[Term, set[Term]] = {}
         for fact in conclusions.of(names.O_STATUS):
             statuses.setdefault(fact[1], set()).add(fact[-1])
@@ -122,7 +130,7 @@ class Analyser:
             objectives,
             frozenset(str(fact[1]) for fact in conclusions.of(names.REALISABILITY) if fact[-1] == UNREALISABLE),
             tuple((str(fact[1]), str(fact[-1])) for fact in conclusions.of(names.ERROR_LOG)),
-            tuple(each.text(conclusions) for each in self.knowledge.conflicts(conclusions)),
+            tuple(each.text(conclusions) for each in (*self._lasting_conflicts, *added)),
             conclusions,
         )
 

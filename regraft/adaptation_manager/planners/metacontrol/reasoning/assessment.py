@@ -129,9 +129,10 @@ def assess(
     met: list[str] = []
     against: list[Objection] = []
     if design.name in analysis.unrealisable:
-        reason = analysis.why_unrealisable(design.name)
-        against.append(Objection(Against.UNREALISABLE, f"not realisable: {_causes(reason)}"))
-    if (design.name, objective.name) in analysis.failed:
+        if design.name not in analysis.texts:
+            analysis.texts[design.name] = _causes(analysis.why_unrealisable(design.name))
+        against.append(Objection(Against.UNREALISABLE, f"not realisable: {analysis.texts[design.name]}"))
+    if analysis.failed and (design.name, objective.name) in analysis.failed:
         failure = analysis.why_failed(design.name, objective.name)
         against.append(Objection(Against.FAILED, f"it fails now: {_causes(failure)}"))
     rest = resting.get(design.name, objective.name, now)

@@ -121,12 +121,22 @@ class Base:
         self._known = known
         self._indexes = indexes
         self._by_predicate = _by_predicate(known)
+        self._by_subject: dict[str, dict[Term, list[Fact]]] = {}
+
+    def about(self, predicate: str, subject: Term) -> Sequence[Fact]:
+        """Return the facts of a property about a subject; each property's are sorted once."""
+        table = self._by_subject.get(predicate)
+        if table is None:
+            table = self._by_subject[predicate] = {}
+            for fact in self._by_predicate.get(predicate, ()):
+                table.setdefault(fact[1], []).append(fact)
+        return table.get(subject, ())
 
     def conclude(self, facts: Iterable[Fact] = ()) -> Conclusions:
         """Return what follows when these facts are added for one cycle; raises TooManyFacts."""
         run = _Run(self._program, self._known, self._indexes)
         run.add(facts)
-        return Conclusions(self._known, run.known, self._by_predicate)
+        return Conclusions(self, self._known, run.known, self._by_predicate)
 
 
 class Conclusions:
@@ -134,10 +144,12 @@ class Conclusions:
 
     def __init__(
         self,
+        origin: Base,
         base: Mapping[Fact, Derivation | None],
         run: Mapping[Fact, Derivation | None],
         base_by_predicate: Mapping[str, Sequence[Fact]],
     ) -> None:
+        self.origin = origin
         self._base = base
         self._run = run
         self._base_by_predicate = base_by_predicate
@@ -161,6 +173,10 @@ class Conclusions:
     def of(self, predicate: str) -> tuple[Fact, ...]:
         """Return the facts of a class or property, in the order in which they were found."""
         return (*self._base_by_predicate.get(predicate, ()), *self._run_by_predicate.get(predicate, ()))
+
+    def added(self, predicate: str) -> Sequence[Fact]:
+        """Return the facts of a class or property that the base does not have."""
+        return self._run_by_predicate.get(predicate, ())
 
     def all(self) -> frozenset[Fact]:
         """Return all facts."""

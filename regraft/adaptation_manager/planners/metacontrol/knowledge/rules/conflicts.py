@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.chainer import Conclusions
@@ -39,18 +39,29 @@ def conflicts(
     """Return all conflicts: ``functional`` are properties with one value, ``disjoint`` groups of classes."""
     found: list[Conflict] = []
     for predicate in sorted(set(functional)):
-        values = _by_subject(conclusions.of(predicate))
-        why = f"{local_name(predicate)} has one value at most"
-        found += [Conflict(subject, tuple(facts), why) for subject, facts in values.items() if len(facts) > 1]
+        found += _several(_by_subject(conclusions.of(predicate)), _one_value(predicate))
     for group in disjoint:
         members = [fact for name in sorted(group) for fact in conclusions.of(name)]
-        by_subject = _by_subject(members)
-        found += [
-            Conflict(subject, tuple(facts), "the classes are disjoint")
-            for subject, facts in by_subject.items()
-            if len(facts) > 1
-        ]
+        found += _several(_by_subject(members), "the classes are disjoint")
     return tuple(found)
+
+
+def added_conflicts(conclusions: Conclusions, functional: Iterable[str]) -> tuple[Conflict, ...]:
+    """Return the conflicts in which facts have a part that the base does not have; fast where those are few."""
+    found: list[Conflict] = []
+    for predicate in sorted(set(functional)):
+        added = _by_subject(conclusions.added(predicate))
+        whole = {subject: [*conclusions.origin.about(predicate, subject), *facts] for subject, facts in added.items()}
+        found += _several(whole, _one_value(predicate))
+    return tuple(found)
+
+
+def _one_value(predicate: str) -> str:
+    return f"{local_name(predicate)} has one value at most"
+
+
+def _several(by_subject: Mapping[Term, list[Fact]], why: str) -> Iterator[Conflict]:
+    return (Conflict(subject, tuple(facts), why) for subject, facts in by_subject.items() if len(facts) > 1)
 
 
 def _by_subject(facts: Iterable[Fact]) -> dict[Term, list[Fact]]:

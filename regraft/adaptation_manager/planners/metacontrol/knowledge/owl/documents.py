@@ -10,7 +10,7 @@ from rdflib import OWL, RDF, Graph, URIRef
 from rdflib.exceptions import Error as RdfError
 
 from regraft.adaptation_manager.planners.metacontrol.knowledge.errors import fail
-from regraft.adaptation_manager.planners.metacontrol.knowledge.scanning import Places, scan
+from regraft.adaptation_manager.planners.metacontrol.knowledge.owl.scanning import Places, scan
 
 MAX_BYTES: Final = 16 * 2**20
 """Size of a file; 1,500 designs with three qualities have some 4 MiB."""

@@ -11,9 +11,9 @@ from typing import Final
 from rdflib import OWL, RDF, RDFS, BNode, Graph, Literal, Namespace, URIRef
 from rdflib.term import Node
 
-from regraft.adaptation_manager.planners.metacontrol.knowledge.documents import Document
 from regraft.adaptation_manager.planners.metacontrol.knowledge.errors import Problem
-from regraft.adaptation_manager.planners.metacontrol.knowledge.literals import term_of
+from regraft.adaptation_manager.planners.metacontrol.knowledge.owl.documents import Document
+from regraft.adaptation_manager.planners.metacontrol.knowledge.owl.literals import term_of
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.atoms import (
     Atom,
     BodyAtom,

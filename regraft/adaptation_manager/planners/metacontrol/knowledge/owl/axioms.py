@@ -44,6 +44,17 @@ def read_axioms(graphs: Iterable[Graph]) -> Axioms:
     return Axioms(tuple(ordered), frozenset(functional), tuple(sorted(disjoint, key=sorted)))
 
 
+def relevant_axioms(axioms: Axioms, rules: Iterable[Rule]) -> tuple[Rule, ...]:
+    """Return the axioms' rules from whose conclusions other rules may conclude something."""
+    needed = {atom.predicate for rule in rules for atom in rule.body if isinstance(atom, Atom)}
+    left, found = list(axioms.rules), list[Rule]()
+    while ready := [rule for rule in left if any(atom.predicate in needed for atom in rule.head)]:
+        found += ready
+        left = [rule for rule in left if rule not in ready]
+        needed |= {atom.predicate for rule in ready for atom in rule.body if isinstance(atom, Atom)}
+    return tuple(sorted(found, key=lambda rule: rule.name))
+
+
 def _named(pairs: Iterable[tuple[Node, Node]]) -> Iterator[tuple[str, str]]:
     for one, other in pairs:
         names = str(one), str(other)

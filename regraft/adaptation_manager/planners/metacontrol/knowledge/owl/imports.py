@@ -10,11 +10,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final, TypeAlias
 
-from regraft.adaptation_manager.planners.metacontrol.knowledge.documents import Document, read_document
 from regraft.adaptation_manager.planners.metacontrol.knowledge.errors import KnowledgeError, Problem, fail
+from regraft.adaptation_manager.planners.metacontrol.knowledge.owl.documents import Document, read_document
 from regraft.bus_schema.suggestions import instead_of
 
-ONTOLOGIES: Final = Path(__file__).parent / "ontologies"
+ONTOLOGIES: Final = Path(__file__).parents[1] / "ontologies"
 SHIPPED: Final = {
     "http://metacontrol.org/tomasys": ONTOLOGIES / "tomasys.owl",
     "http://ros/mros": ONTOLOGIES / "mros.owl",

@@ -9,9 +9,9 @@ from rdflib import OWL, RDF, RDFS, BNode, Graph, Literal, URIRef
 from rdflib.term import Node
 
 from regraft.adaptation_manager.planners.metacontrol.knowledge import names
-from regraft.adaptation_manager.planners.metacontrol.knowledge.documents import Document
 from regraft.adaptation_manager.planners.metacontrol.knowledge.errors import Problem
-from regraft.adaptation_manager.planners.metacontrol.knowledge.literals import term_of
+from regraft.adaptation_manager.planners.metacontrol.knowledge.owl.documents import Document
+from regraft.adaptation_manager.planners.metacontrol.knowledge.owl.literals import term_of
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import Fact, local_name, text
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import OPERATORS, normalized
 
