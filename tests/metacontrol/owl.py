@@ -14,6 +14,7 @@ XSD = "http://www.w3.org/2001/XMLSchema#"
 PREFIXES = {"tomasys": TOMASYS, "mros": MROS, "nav": NAVIGATION, "app": APPLICATION}
 HEAD = f"""<?xml version="1.0"?>
 <rdf:RDF xml:base="http://ros/application" xmlns:tomasys="{TOMASYS}" xmlns:mros="{MROS}"
+  xmlns:nav="{NAVIGATION}" xmlns:app="{APPLICATION}"
   xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#" xmlns:rdfs="http://www.w3.org/2000/01/rdf-schema#"
   xmlns:owl="http://www.w3.org/2002/07/owl#" xmlns:swrl="http://www.w3.org/2003/11/swrl#">
 """
@@ -26,7 +27,7 @@ def iri(name: str) -> str:
     return PREFIXES[prefix] + local if colon else APPLICATION + name
 
 
-def individual(name: str, kind: str = "", **properties: object) -> str:
+def individual(name: str, kind: str = "", /, **properties: object) -> str:
     """Return an individual: texts that begin with ">" are names of others, lists are several values."""
     lines = [f"<rdf:Description rdf:about={quoteattr(iri(name))}>"]
     if kind:
@@ -39,7 +40,7 @@ def individual(name: str, kind: str = "", **properties: object) -> str:
 
 
 def _value(element: str, value: object) -> str:
-    if isinstance(value, str) and value.startswith(">"):
+    if isinstance(value, str) and value.startswith(">") and len(value) > 1:
         return f"<{element} rdf:resource={quoteattr(iri(value[1:]))}/>"
     kind = "boolean" if isinstance(value, bool) else "string" if isinstance(value, str) else "decimal"
     shown = str(value).lower() if isinstance(value, bool) else escape(str(value))

@@ -7,6 +7,7 @@ then the first in the files. A design that would change what another objective h
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final, TypeAlias
@@ -38,6 +39,8 @@ MARGIN: Final = 0.05
 """How much better a design must be to replace one that is without errors."""
 
 MAX_TRIES: Final = 10_000
+MAX_REASON: Final = 300
+"""Characters of the reason why a requirement has no design, which holds the reasons of its own requirements."""
 
 Clash: TypeAlias = Callable[[str, str], str]
 """Returns why two designs exclude each other, empty if they do not."""
@@ -181,9 +184,9 @@ class _Planner:
         for required in required_objectives(objective, design):
             if not self.decide(required, path, objective.name):
                 failed = next(each for each in reversed(self.decisions) if each.objective == required.name)
-                return Objection(
-                    Against.REQUIRED, f"it requires {local_name(required.function)}, which has no design: {failed.why}"
-                )
+                why = textwrap.shorten(failed.why, MAX_REASON, placeholder=" ...")
+                short = local_name(required.function)
+                return Objection(Against.REQUIRED, f"it requires {short}, which has no design: {why}")
         return None
 
     def _compared(self, assessed: Mapping[str, Assessment], selected: str) -> list[Assessment]:

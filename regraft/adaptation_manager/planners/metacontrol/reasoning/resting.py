@@ -16,7 +16,7 @@ LONGEST: Final = 600.0
 
 @dataclass(frozen=True, slots=True)
 class Rest:
-    """A design that rests for an objective until a time, in seconds of the caller's clock.
+    """A design that rests for an objective, some seconds long, until a time of the caller's clock.
 
     ``blamed`` are components and qualities: when one of them recovers, the rest is over.
     """
@@ -24,6 +24,7 @@ class Rest:
     design: str
     objective: str
     since: float
+    seconds: float
     until: float
     blamed: frozenset[str]
     why: str
@@ -50,12 +51,12 @@ class Resting:
         key = (design, objective)
         rest = self._rests.get(key)
         if rest is not None and now < rest.until:
-            rest = Rest(design, objective, rest.since, rest.until, rest.blamed | set(blamed), rest.why)
+            rest = Rest(design, objective, rest.since, rest.seconds, rest.until, rest.blamed | set(blamed), rest.why)
         else:
             seconds = self._first
             if rest is not None and now <= rest.until + self._longest:
-                seconds = min(2 * (rest.until - rest.since), self._longest)
-            rest = Rest(design, objective, now, now + seconds, frozenset(blamed), why)
+                seconds = min(2 * rest.seconds, self._longest)
+            rest = Rest(design, objective, now, seconds, now + seconds, frozenset(blamed), why)
         self._rests[key] = rest
         return rest
 

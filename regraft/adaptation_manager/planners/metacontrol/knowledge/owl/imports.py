@@ -88,7 +88,7 @@ def _same_form(iri: str) -> str:
 
 def _missing(document: Document, target: str, documents: Sequence[Document]) -> Problem:
     known = {*SHIPPED, *(identity for each in documents for identity in each.identities)}
-    why = f"imports {target!r}, which none of the given files is; {instead_of(target, known)}"
+    why = f"imports {target!r}, which none of the given files is ({instead_of(target, known)})"
     return Problem(document.file, document.places.imports.get(target, 0), f"{why}. Nothing is fetched: add its file")
 
 

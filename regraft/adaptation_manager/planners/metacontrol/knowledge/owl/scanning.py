@@ -97,6 +97,8 @@ class _Scanner:
         self._grow(len(name) + sum(len(key) + len(value) for key, value in attributes.items()))
         line = self._parser.CurrentLineNumber
         self._lines.append(line)
+        if len(self._lines) == 1 and name != f"{RDF}RDF":
+            raise self._fail(f"the first element is {name.rpartition(' ')[2]!r}, must be rdf:RDF")
         if len(self._lines) > MAX_DEPTH:
             raise self._fail(f"more than {MAX_DEPTH} elements are inside each other")
         base = attributes.get(XML_BASE, self._bases[-1])

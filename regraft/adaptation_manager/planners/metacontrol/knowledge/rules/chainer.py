@@ -70,9 +70,9 @@ class Program:
     The order of the rules has no influence: they are sorted by their text.
     """
 
-    def __init__(self, rules: Iterable[Rule], max_facts: int = MAX_FACTS) -> None:
+    def __init__(self, rules: Iterable[Rule], max_facts: int | None = None) -> None:
         self.rules = tuple(sorted(dict.fromkeys(rules), key=lambda rule: (rule_text(rule), repr(rule))))
-        self.max_facts = max_facts
+        self.max_facts = MAX_FACTS if max_facts is None else max_facts
         for rule in self.rules:
             check_rule(rule)
         indexes = Indexes()
