@@ -103,10 +103,10 @@ class _Writer:
         elif node in self._labels:
             identity = f' rdf:nodeID="{self._labels[node]}"'
         yield f"{space}<rdf:Description{identity}>\n"
-        properties = {
+        properties = [
             (str(predicate), "".join(self._property(predicate, value, depth + 1)))
             for predicate, value in self._graph.predicate_objects(node)
-        }
+        ]
         for _, lines in sorted(properties):
             yield lines
         yield f"{space}</rdf:Description>\n"
