@@ -106,12 +106,13 @@ def _atom(text: str) -> str:
     if len(arguments) == 1:
         inside = f"<swrl:classPredicate rdf:resource={predicate}/>{_argument(1, arguments[0])}"
         return f"<swrl:ClassAtom>{inside}</swrl:ClassAtom>\n"
-    is_data = _is_value(arguments[1]) or name.rpartition(":")[2] in DATA
+    is_data = _is_value(arguments[1]) or name.rpartition(":")[2] in DATA or arguments[1] in DATA_VARIABLES
     kind = "DatavaluedPropertyAtom" if is_data else "IndividualPropertyAtom"
     inside = "".join(map(_argument, (1, 2), arguments))
     return f"<swrl:{kind}><swrl:propertyPredicate rdf:resource={predicate}/>{inside}</swrl:{kind}>\n"
 
 
+DATA_VARIABLES = {"?v", "?w"}
 DATA = {"hasValue", "v", "w", "o_status", "fg_status", "c_status", "qa_direction"}
 
 

@@ -105,9 +105,7 @@ TRIPLES = st.lists(st.tuples(NODES, PREDICATES, VALUES), max_size=6)
 
 @settings(max_examples=100, deadline=None)
 @given(st.lists(st.tuples(NODES, PREDICATES, VALUES), max_size=6), st.randoms(use_true_random=False))
-def test_a_graph_is_written_without_loss_and_in_one_way(
-    triples: list[tuple[URIRef, URIRef, URIRef]], chance: object
-) -> None:
+def test_a_graph_is_written_without_loss_and_in_one_way(triples: list[tuple[Node, Node, Node]], chance: object) -> None:
     graph = Graph()
     for triple in triples:
         graph.add(triple)
