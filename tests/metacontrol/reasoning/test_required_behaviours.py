@@ -96,6 +96,21 @@ def test_b5_without_a_measurement_there_is_no_violation(tmp_path: Path) -> None:
     assert cycle.analyse().objectives[iri("drive")].status is Status.IN_PROGRESS, "no requirement on it"
 
 
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), float("-inf")])
+def test_b5_a_measurement_that_is_no_finite_number_is_unknown(tmp_path: Path, value: float) -> None:
+    cycle = Cycle(write(tmp_path, SLOW, FAST), objective(bounds={SAFETY: 0.7}))
+    cycle.run()
+    cycle.measure(SAFETY, value)
+    assert cycle.analyse().objectives[iri("drive")].status is Status.IN_PROGRESS
+
+
+@pytest.mark.parametrize("bound", [float("nan"), float("inf"), "high", True])
+def test_b11_a_bound_that_is_no_number_is_refused(tmp_path: Path, bound: float) -> None:
+    cycle = Cycle(write(tmp_path, SLOW), objective(bounds={SAFETY: bound}))
+    assert cycle.design() is None
+    assert cycle.decision().refused == (f"the bound of 'safety' is {bound!r}, must be a number",)
+
+
 def test_b6_a_missing_estimate_is_reported_and_meets_no_requirement(tmp_path: Path) -> None:
     partial = design("partial", NAVIGATE, {PERFORMANCE: 1.0})
     cycle = Cycle(write(tmp_path, partial, SLOW), objective(bounds={SAFETY: 0.5}))

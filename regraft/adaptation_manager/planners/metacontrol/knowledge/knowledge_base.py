@@ -32,7 +32,7 @@ LEVELS = (ONTOLOGIES / "tomasys.owl", ONTOLOGIES / "mros.owl", ONTOLOGIES / "nav
 
 @dataclass(frozen=True, slots=True)
 class KnowledgeBase:
-    """What the files state, and what follows from it.
+    """The content of the files, and all that follows from it.
 
     ``facts`` are in the one vocabulary of statuses. ``disjoint`` and ``functional`` are what conclusions must obey.
     """
@@ -70,7 +70,7 @@ class KnowledgeBase:
 def load(files: Sequence[Path | str]) -> KnowledgeBase:
     """Return the knowledge base that files hold; raises KnowledgeError with all that is wrong with them.
 
-    Later files become imports of the first. What a file imports must be among the files, or be one that is shipped.
+    Later files become imports of the first. An imported file must be among the files, or be one that is shipped.
     """
     documents = read_all([Path(file) for file in files])
     graphs = [document.graph for document in documents]
@@ -128,7 +128,7 @@ def _check_consistency(conclusions: Conclusions, axioms: Axioms, sources: dict[F
 
 
 def _given(conclusions: Conclusions, fact: Fact, axioms: set[Rule]) -> Fact | None:
-    """Return the stated fact behind a fact that follows by axioms alone, None if other rules have a part in it."""
+    """Return the stated fact from which axioms alone lead to a fact, None where other rules have a part."""
     current = fact
     while (derivation := conclusions.derivation(current)) is not None:
         if derivation.rule not in axioms:

@@ -154,10 +154,10 @@ def objective_problems(model: Model, objective: Objective) -> tuple[str, ...]:
     found += [
         f"the bound of {local_name(each.quality)!r} is {each.bound!r}, must be a number"
         for each in objective.requirements
-        if not _is_number(each.bound)
+        if not is_number(each.bound)
     ]
     for name, weight in (objective.weights or {}).items():
-        if not _is_number(weight) or weight < 0:
+        if not is_number(weight) or weight < 0:
             found.append(f"the weight of {local_name(name)!r} is {weight!r}, must be a number of at least 0")
     if objective.design is not None:
         design = model.designs.get(objective.design)
@@ -169,5 +169,6 @@ def objective_problems(model: Model, objective: Objective) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _is_number(value: object) -> bool:
+def is_number(value: object) -> bool:
+    """Return whether a value is a finite number."""
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")

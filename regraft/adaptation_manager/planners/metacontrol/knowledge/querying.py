@@ -64,7 +64,7 @@ class QueryError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class QueryResult:
-    """What a query found: ``rows`` of SELECT, by ``columns``, or the ``answer`` of ASK, which is None for SELECT."""
+    """The result of a query: ``rows`` of SELECT, by ``columns``, or the ``answer`` of ASK, which is None for SELECT."""
 
     columns: tuple[str, ...]
     rows: tuple[tuple[Cell, ...], ...]

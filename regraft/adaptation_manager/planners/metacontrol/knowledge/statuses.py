@@ -1,4 +1,4 @@
-"""One vocabulary of statuses. What published files have in its place is translated, anything else is refused.
+"""One vocabulary of statuses. Those of published files are translated, anything else is refused.
 
 TOMASys has INTERNAL_ERROR and EXTERNAL_ERROR, and booleans for components. MROS has IN_ERROR_FR, IN_ERROR_NFR and
 IN_ERROR_COMPONENT, and texts for components. Published files mix both, in facts and in rules.

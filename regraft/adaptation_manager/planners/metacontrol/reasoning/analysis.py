@@ -66,7 +66,7 @@ class ObjectiveState:
 
 @dataclass(frozen=True, slots=True)
 class Analysis:
-    """What follows from a situation.
+    """The conclusions from a situation.
 
     ``failed`` are designs and the objectives that they failed to solve. ``conflicts`` are conclusions that contradict
     each other, as text.
@@ -78,7 +78,7 @@ class Analysis:
     conflicts: tuple[str, ...]
     conclusions: Conclusions
     texts: dict[str, str] = field(default_factory=dict, repr=False, compare=False)
-    """What assessments wrote about a design: many objectives ask for it."""
+    """Reasons that assessments have put into words, by design: many objectives ask for them."""
 
     def why_unrealisable(self, design: str) -> Reason | None:
         """Return why a design is not realisable, None if it is."""

@@ -1,4 +1,4 @@
-"""What speaks for and against a design: realisability, rest, requirements and utility, as data and as text."""
+"""Reasons for and against a design: realisability, rest, requirements and utility, as data and as text."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Objection:
 
 @dataclass(frozen=True, slots=True)
 class Assessment:
-    """What speaks for and against a design.
+    """Reasons for and against a design.
 
     ``parts`` are the qualities' shares of the utility. ``missing`` are qualities without an estimate, which count with
     their worst values. ``met`` are requirements that the estimates meet, as text.

@@ -13,7 +13,7 @@ from regraft.bus_schema.annotations import PlainValue
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """What was decided for an objective.
+    """The decision for an objective.
 
     ``parent`` is the objective whose design requires it, empty for one of a client. ``present`` is the design that
     solves it now. ``design`` is None where there is none to select; ``status`` is then the objective's. ``refused``

@@ -1,7 +1,7 @@
 """The plan step: a design for each objective, decided together by priority. It is a function of its arguments.
 
-Of the designs of the current context, those are candidates that are realisable, do not rest, have not failed, and
-whose estimates meet every requirement. The one with the highest utility is selected; of equal ones the present design,
+Candidates are the designs of the current context that are realisable, do not rest and have not failed. Their estimates
+meet every requirement. The one with the highest utility is selected; of equal ones the present design,
 then the first in the files. A design that would change what another objective holds is left to a later try.
 """
 

@@ -7,7 +7,13 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from regraft.adaptation_manager.planners.metacontrol.knowledge import names
-from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Design, Grounding, Model, Objective
+from regraft.adaptation_manager.planners.metacontrol.knowledge.model import (
+    Design,
+    Grounding,
+    Model,
+    Objective,
+    is_number,
+)
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import Fact, local_name, number, text, truth
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import ComponentStatus, Status
 
@@ -17,7 +23,7 @@ MAX_NESTING: Final = 20
 
 @dataclass(frozen=True, slots=True)
 class Situation:
-    """What is so at the time of one cycle.
+    """The state of affairs at the time of one cycle.
 
     ``objectives`` are those that clients gave; objectives that their designs require are added. ``components`` has
     those whose status is known. ``measurements`` has the measured qualities of each grounding: one that is missing is
@@ -87,6 +93,8 @@ def _objective_facts(objective: Objective) -> Iterator[Fact]:
     if objective.always_improve:
         yield (names.ALWAYS_IMPROVE, objective.name, truth(True))
     for index, requirement in enumerate(objective.requirements):
+        if not is_number(requirement.bound):
+            continue  # the plan refuses such an objective
         value = f"{objective.name}/requirement_{index}"
         yield (names.HAS_NFR, objective.name, value)
         yield (names.IS_QUALITY_TYPE, value, requirement.quality)
@@ -101,6 +109,8 @@ def _grounding_facts(grounding: Grounding, situation: Situation) -> Iterator[Fac
     if error is not None:
         yield (names.FG_ERROR, grounding.name, text(error))
     for quality, measured in situation.measurements.get(grounding.name, {}).items():
+        if not is_number(measured):
+            continue  # a sensor may report that it has no number: the quality is unknown
         # Each grounding has a measurement of its own: the published reasoner had one for the whole system.
         value = f"{grounding.name}/observed_{local_name(quality)}"
         yield (names.HAS_MEASUREMENT, grounding.name, value)

@@ -1,7 +1,7 @@
 """The axioms of OWL that the knowledge base obeys, as rules, and as what contradicts.
 
-Understood are subclasses, subproperties, domains, ranges, inverse, symmetric and transitive properties (as rules), and
-functional properties and disjoint classes (as contradictions). Class expressions are ignored. OWL 2 Web Ontology
+Subclasses, subproperties, domains, ranges, and inverse, symmetric and transitive properties become rules. Functional
+properties and disjoint classes are what facts may contradict. Class expressions are ignored. OWL 2 Web Ontology
 Language, Mapping to RDF Graphs (second edition, W3C recommendation of 11 December 2012).
 """
 

@@ -1,4 +1,4 @@
-"""Writes a graph as RDF/XML: the same graph gives the same bytes, whatever the order of its triples.
+"""Writes a graph as RDF/XML: the same graph gives the same bytes, in whichever order its triples are.
 
 rdflib's own writers follow the order of a set. Blank nodes that one triple refers to are written inside it, which is
 what rules and lists are; others have labels that rdflib derives from the whole graph.

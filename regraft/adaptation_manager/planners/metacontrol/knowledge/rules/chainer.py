@@ -1,11 +1,11 @@
 """The forward chainer: all that follows from facts by rules, with the derivation of each conclusion.
 
-Evaluation is semi-naive, a fact at a time: each fact is entered into the indexes, then triggers the rules that have an
-atom for it, which are joined with all facts that were entered earlier. A conclusion waits for its turn in a queue.
+Evaluation is semi-naive, a fact at a time. Each fact is entered into the indexes, then triggers the rules that have an
+atom for it. They are joined with all facts that were entered earlier. A conclusion waits for its turn in a queue.
 Rules create no individuals, so that this ends; arithmetic may create numbers, for which there is a bound on facts.
 
-Rules have no negation. What follows from facts that do not change therefore follows in every cycle: ``Program.over``
-computes it once, and ``Base.conclude`` adds what follows from one cycle's facts. Nothing is kept from cycle to cycle,
+Rules have no negation. Conclusions from facts that do not change therefore hold in every cycle: ``Program.over``
+computes them once, and ``Base.conclude`` adds what follows from one cycle's facts. Nothing is kept from cycle to cycle,
 so nothing has to be retracted.
 """
 

@@ -1,8 +1,8 @@
 """Join plans: a rule is compiled once for each of its atoms, as what to do when a fact matches that atom.
 
-A plan is a chain of steps. Each step looks up facts by an argument that is known by then, binds the arguments that
-are not, and calls the next step for each fact. The last step emits the head. Steps share no state: they work on the
-bindings and on the tables that they receive.
+A plan is a chain of steps. Each step looks up facts by an argument that is known by then. It binds the arguments that
+are not known, and calls the next step for each fact. The last step emits the head. Steps share no state: they work on
+the bindings and on the tables that they receive.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ EVERY: Final = None
 
 
 class Tables(Protocol):
-    """What steps read: indexes and facts of the base and of the run, by the numbers that ``Indexes`` gives."""
+    """The input of steps: indexes and facts of the base and of the run, by the numbers that ``Indexes`` gives."""
 
     base_indexes: Sequence[Index]
     indexes: Sequence[Index]
@@ -63,11 +63,11 @@ class Indexes:
 
 @dataclass(frozen=True, slots=True)
 class Trigger:
-    """What to do with a fact of one atom's predicate.
+    """The plan for a fact of one atom's predicate.
 
-    ``constants`` are positions and the terms that must be there, ``binds`` positions and the slots that they fill,
-    ``repeats`` positions that must equal a slot. ``guards`` are indexes and keys that must have a fact: while one has
-    none, the rule cannot fire, and the fact that is missing will trigger it when it comes.
+    ``constants`` are positions and the terms that must be there. ``binds`` are positions and the slots that they fill.
+    ``repeats`` are positions that must equal a slot. ``guards`` are indexes and keys that must have a fact. While one
+    has none, the rule cannot fire, and the fact that is missing will trigger it when it comes.
     """
 
     constants: tuple[tuple[int, Term], ...]
