@@ -25,6 +25,8 @@ class _Ordered(Control):
 
     def tick(self) -> Status:
         """Tick children from where the last tick stopped."""
+        if self.status == IDLE:
+            self._skipped = 0
         if self._observers:
             self.set_running()
         else:
@@ -57,15 +59,13 @@ class _Ordered(Control):
 
     def halt(self) -> None:
         """Reset all children and begin with the first next time."""
-        self._begin_anew()
+        self._index = self._skipped = 0
         super().halt()
 
-    def _begin_anew(self) -> None:
+    def _stop_early(self) -> None:
+        # BehaviorTree.CPP keeps the count of skipped children here: if the parent does not reset the node, it counts on.
         self.reset_each(self.children)
         self._index = 0
-        self._skipped = 0
-
-    _stop_early = _begin_anew
 
 
 class Sequence(_Ordered):

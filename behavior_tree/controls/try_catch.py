@@ -5,7 +5,7 @@ from typing import ClassVar
 from ..nodes.control_node import Control
 from ..nodes.node import NodeSetup
 from ..nodes.ports import Input
-from ..status import FAILURE, RUNNING, SKIPPED, SUCCESS, Status
+from ..status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Status
 
 
 class TryCatch(Control):
@@ -23,6 +23,8 @@ class TryCatch(Control):
 
     def tick(self) -> Status:
         """Continue trying or catching."""
+        if self.status == IDLE:
+            self._skipped = 0
         self.set_running()
         if not self._catching:
             status = self._tick_tried()
@@ -33,7 +35,8 @@ class TryCatch(Control):
         if self.children[-1].execute_tick() == RUNNING:
             return RUNNING
         self.reset_children()
-        self._rewind()
+        self._index = 0  # BehaviorTree.CPP counts skipped children on, unless the parent resets the node.
+        self._catching = False
         return FAILURE
 
     def halt(self) -> None:

@@ -183,6 +183,31 @@ def test_root_that_was_skipped_keeps_what_is_stored() -> None:
     assert statuses(tree) == "RI"
 
 
+@pytest.mark.parametrize(
+    "condition",
+    [
+        "<Sequence><AlwaysSuccess _skipIf='true'/>a?FS</Sequence>",
+        "<Fallback>a=K b?SF</Fallback>",
+        "<AsyncSequence>a=K b!FS</AsyncSequence>",
+        "<SequenceWithMemory>a=K b=FK</SequenceWithMemory>",
+        "<TryCatch>a=K b?FS c=S</TryCatch>",
+    ],
+)
+def test_skipped_children_are_counted_on_while_nobody_resets_the_node(condition: str) -> None:
+    tree = tree_of(xml(f"<WhileDoElse>{condition}d=R e=R</WhileDoElse>"))
+    assert ticks(tree, 1) == "R"
+    with pytest.raises(NodeError, match="was skipped"):
+        tree.tick_exactly_once()
+
+
+def test_skipped_children_are_forgotten_once_the_node_is_reset() -> None:
+    inner = "<SequenceWithMemory>a=K b=RK</SequenceWithMemory>"
+    tree = tree_of(xml(f"<ReactiveSequence>q?SFS{inner}</ReactiveSequence>"))
+    assert ticks(tree, 3) == "RFS"
+    tree = tree_of(xml("<Fallback><Sequence>a=K b?FS</Sequence>c=S</Fallback>"))
+    assert ticks(tree, 2) == "SS"
+
+
 @pytest.mark.parametrize("condition", ["_skipIf", "_failureIf", "_successIf"])
 def test_condition_is_asked_again_at_every_tick_until_the_node_starts(condition: str) -> None:
     letter = {"_skipIf": "K", "_failureIf": "F", "_successIf": "S"}[condition]
