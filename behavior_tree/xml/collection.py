@@ -173,7 +173,7 @@ class Collector:
         if len(models) > 1:
             raise models[1].error("only one <TreeNodesModel> is allowed")
         for model in models:
-            for manifest in manifests_of(model):
+            for manifest in manifests_of(model, self.collection.warnings):
                 if manifest.kind is NodeKind.SUBTREE:
                     self.collection.models[manifest.type_id] = dict(manifest.ports)
                 else:

@@ -1,9 +1,12 @@
 """Reads TreeNodesModel: the manifests of node types and of sub-trees that files carry for editors."""
 
+from dataclasses import replace
 from typing import Any, Final
 
+from ..data.values import from_text, type_name
 from ..errors import RegistryError
 from ..nodes.manifest import Direction, NodeKind, NodeManifest, PortModel, check_port_name
+from ..nodes.text import board_key
 from ..status import Status
 from .document import Element, parse_document
 
@@ -33,23 +36,32 @@ _TYPES: Final[dict[str, Any]] = {
 }
 
 
-def read_manifests(text: str, file: str = "") -> dict[str, NodeManifest]:
+def read_manifests(text: str, file: str = "", warnings: list[str] | None = None) -> dict[str, NodeManifest]:
     """Return the node types that a document's TreeNodesModel describes, by ID.
 
     Ports of C++ types without a Python counterpart take any value, and what is no node type is passed over.
 
+    Args:
+        text: The document.
+        file: Its name, for messages.
+        warnings: Takes the doubts, each with its place; see `manifests_of`.
+
     Raises:
         LoadError: The document is not well-formed, or a model is without ID or has an impossible port.
     """
+    doubts = [] if warnings is None else warnings
     return {
         manifest.type_id: manifest
         for model in parse_document(text, file).children_of("TreeNodesModel")
-        for manifest in manifests_of(model)
+        for manifest in manifests_of(model, doubts)
     }
 
 
-def manifests_of(model: Element) -> list[NodeManifest]:
+def manifests_of(model: Element, warnings: list[str]) -> list[NodeManifest]:
     """Return the node types of a TreeNodesModel element.
+
+    A default that its type cannot read, such as an expression of C++, is a warning, and the port has none.
+    Sub-tree ports such as Groot2's ``_collapsed`` are an editor's own notes and left out.
 
     Raises:
         LoadError: A model is without ID or has an impossible port.
@@ -62,9 +74,25 @@ def manifests_of(model: Element) -> list[NodeManifest]:
         type_id = element.attributes.get("ID", "")
         if not type_id:
             raise element.error(f"<{element.tag}> in TreeNodesModel needs an ID")
-        ports = [_port(child) for child in element.children if child.tag in _DIRECTIONS]
+        children = [child for child in element.children if child.tag in _DIRECTIONS]
+        if kind is NodeKind.SUBTREE:
+            ports = [_port(child) for child in children if not child.attributes.get("name", "").startswith("_")]
+        else:
+            ports = [_readable(child, _port(child), warnings) for child in children]
         manifests.append(NodeManifest(type_id, kind, {port.name: port for port in ports}))
     return manifests
+
+
+def _readable(element: Element, port: PortModel, warnings: list[str]) -> PortModel:
+    if port.default is None or port.type is None or board_key(port.default, port.name) is not None:
+        return port
+    try:
+        from_text(port.default, port.type, {})
+    except ValueError as error:
+        kind = type_name(port.type)
+        warnings.append(f"{element.place}: the default of port '{port.name}' of type {kind} is ignored: {error}")
+        return replace(port, default=None)
+    return port
 
 
 def _port(element: Element) -> PortModel:

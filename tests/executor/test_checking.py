@@ -122,6 +122,16 @@ def test_node_types_are_known_by_their_models(file: Path) -> None:
     assert "'strong' is not a number" in checked(file, "--nodes", str(models)).stderr
 
 
+def test_a_default_that_a_model_cannot_mean_is_a_warning_at_the_model_s_line(file: Path) -> None:
+    file.write_text(GRIPPER)
+    models = file.with_name("models.xml")
+    port = '<input_port name="reach" type="double" default="numeric_limits::max()"/>'
+    models.write_text(MODELS.replace('<Action ID="Gripper">', f'<Action ID="Gripper">\n{port}'))
+    result = checked(file, "--nodes", str(models))
+    assert result.exit_code == 0
+    assert f"warning: {models}:3: the default of port 'reach'" in result.output
+
+
 def test_a_model_of_somebody_else_s_node_goes_before_ours_of_the_same_name(file: Path) -> None:
     file.write_text(tree('<Detect service_name="/detect_object" objects="{objects}"/>'))
     assert checked(file).exit_code == 2

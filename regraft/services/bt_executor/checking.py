@@ -73,15 +73,19 @@ class _Nobody:
         self.inputs = {port.name: None for port in describe(Executor).ports if port.direction == "input"}
 
 
-def known_types(places: Sequence[str]) -> Registry:
+def known_types(places: Sequence[str], warnings: list[str] | None = None) -> Registry:
     """Return the node types that an executor knows, and others: as ``module:name``, or a file with a TreeNodesModel.
+
+    Args:
+        places: Where the others are.
+        warnings: Takes the doubts about models, each with file and line.
 
     Raises:
         TreeError: a place leads nowhere, or a file holds no models.
     """
     files = [place for place in places if Path(place).suffix.lower() in (".xml", ".btproj")]
     classes = [place for place in places if place not in files]
-    models = [model for file in files for model in _models(file)]
+    models = [model for file in files for model in _models(file, warnings)]
     context = LeafContext(cast("Kit", _Nobody()), lambda: None)
     ours = node_types(context, classes).manifests
     # A model of the same name with other ports is of somebody else's node, which its mission means.
@@ -97,7 +101,7 @@ def _ports(known: Mapping[str, NodeManifest], model: NodeManifest) -> Set[str]:
     return known[model.type_id].ports.keys()
 
 
-def _models(file: str) -> Collection[NodeManifest]:
+def _models(file: str, warnings: list[str] | None) -> Collection[NodeManifest]:
     try:
         with Path(file).open(encoding="utf-8-sig") as stream:
             text = stream.read(MAX_MODELS_SIZE + 1)
@@ -105,7 +109,7 @@ def _models(file: str) -> Collection[NodeManifest]:
         raise TreeError(f"cannot read '{file}': {error}", file=file) from error
     if len(text) > MAX_MODELS_SIZE:
         raise TreeError(f"'{file}' is too large: must have at most {MAX_MODELS_SIZE} characters", file=file)
-    manifests = read_manifests(text, file)
+    manifests = read_manifests(text, file, warnings)
     if not manifests:
         raise TreeError(f"'{file}' has no <TreeNodesModel> with node types", file=file)
     return manifests.values()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -194,11 +194,13 @@ def check(
     look_in(file.resolve().parent)
     look_in(Path.cwd())
     check_imports((place.partition(":")[0] for place in nodes or [] if ":" in place), complain)
+    doubts: list[str] = []
     try:
-        registry = checking.known_types(nodes or [])
+        registry = checking.known_types(nodes or [], doubts)
     except TreeError as error:
         raise BadInput(str(error)) from None
     report = checking.check(file, registry, main)
+    report = replace(report, warnings=(*doubts, *report.warnings))
     if as_json:
         show_json(asdict(report))
     else:

@@ -195,3 +195,33 @@ def test_first_file_says_which_tree_to_execute(tmp_path: Path) -> None:
     text = f'<root><include path="t.xml"/>{subtree("<AlwaysSuccess/>", "M")}</root>'
     with pytest.raises(LoadError, match="set main_tree_to_execute"):
         load_text(text, plain_registry(), folder=tmp_path)
+
+
+ODD_DEFAULT = """<TreeNodesModel>
+<Action ID="Go">
+<input_port name="reach" type="double" default="std::numeric_limits&lt;double&gt;::infinity()"/>
+<input_port name="goal" type="int" default="{goal}"/><output_port name="left" type="int" default="{=}"/></Action>
+<SubTree ID="T"><input_port name="_collapsed" default="false"/><input_port name="_hidden"/></SubTree></TreeNodesModel>"""
+
+
+def test_a_default_that_a_model_s_type_cannot_read_is_a_warning_at_the_model() -> None:
+    text = document('\n<Go reach="2.5"/>', ODD_DEFAULT)
+    tree = load_text(text, plain_registry(), mock_unknown=True)
+    assert ticks(tree, 1) == "S"
+    assert [warning for warning in tree.warnings if "default" in warning] == [
+        "<text>:4: the default of port 'reach' of type float is ignored: "
+        "'std::numeric_limits<double>::infinity()' is not a number"
+    ]
+    warnings: list[str] = []
+    manifests = read_manifests(text, "nav2.xml", warnings)
+    assert [port.default for port in manifests["Go"].ports.values()] == [None, "{goal}", "{=}"]
+    assert [warning.partition(": ")[0] for warning in warnings] == ["nav2.xml:4"]
+    with pytest.raises(LoadError, match="port 'reach' is of type float"):
+        load_text(document('<Go reach="inf()"/>', ODD_DEFAULT), plain_registry(), mock_unknown=True)
+
+
+def test_ports_of_sub_tree_models_that_are_notes_of_an_editor_are_left_out() -> None:
+    tree = tree_of('<SubTree ID="T" _collapsed="true"/>', subtree("<AlwaysSuccess/>"), ODD_DEFAULT)
+    assert ticks(tree, 1) == "S"
+    assert tree.blackboards["T::1"].keys() == []
+    assert "_collapsed" not in read_manifests(document("<AlwaysSuccess/>", ODD_DEFAULT))["T"].ports
