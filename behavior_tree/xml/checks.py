@@ -1,6 +1,6 @@
 """Checks the structure of all trees before any node is made."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
 from typing import Final
 
@@ -21,6 +21,8 @@ _VERSION_3: Final = {
     },
 }
 _UNVERSIONED: Final = '; the file lacks BTCPP_format="4": is it a tree of version 3?'
+MAX_LEVELS: Final = 2_000
+"""Levels of nodes, sub-trees counted: a tick takes some frames of Python's stack at each."""
 LONG_FORMS: Final = tuple(kind.value for kind in NodeKind)
 
 
@@ -62,48 +64,66 @@ def total_size(collection: TreeCollection, main: str) -> Size:
     """Return how large a tree is with its sub-trees, without making any node.
 
     Raises:
-        LoadError: A tree contains itself.
+        LoadError: A tree contains itself, or is nested deeper than `MAX_LEVELS`.
     """
     return _Sizes(collection).of_tree(main)
 
 
 class _Sizes:
-    """Measures each tree once; `_path` holds the trees that are being measured, to find cycles."""
+    """Measures each tree once, those that a tree uses before it."""
 
     def __init__(self, collection: TreeCollection) -> None:
         self._collection = collection
         self._known: dict[str, Size] = {}
-        self._path: list[str] = []
 
-    def of_tree(self, tree_id: str) -> Size:
-        if tree_id not in self._known:
-            self._path.append(tree_id)
-            self._known[tree_id] = self._measured(self._collection.trees[tree_id].children[0])
-            self._path.pop()
-        return self._known[tree_id]
+    def of_tree(self, main: str) -> Size:
+        # Sub-trees may be nested more deeply than Python lets functions call each other.
+        open_trees = {main: iter(self._uses(main))}
+        while open_trees:
+            tree_id, uses = next(reversed(open_trees.items()))
+            element = next(uses, None)
+            if element is None:
+                del open_trees[tree_id]
+                self._known[tree_id] = self._measured(self._root(tree_id))
+                continue
+            used = element.attributes["ID"]
+            if used in open_trees:
+                outer = list(open_trees)
+                circle = " → ".join([*outer[outer.index(used) :], used])
+                raise element.error(f"a tree cannot contain itself: {circle}")
+            if used not in self._known:
+                open_trees[used] = iter(self._uses(used))
+        return self._known[main]
+
+    def _root(self, tree_id: str) -> Element:
+        return self._collection.trees[tree_id].children[0]
+
+    def _uses(self, tree_id: str) -> list[Element]:
+        return [element for element, _ in _with_levels(self._root(tree_id)) if element.tag == "SubTree"]
 
     def _measured(self, root: Element) -> Size:
         deepest = nodes = characters = 0
-        pending = [(root, 1)]
-        while pending:
-            element, level = pending.pop()
-            deepest = max(deepest, level)
+        for element, level in _with_levels(root):
             nodes += 1
             characters += sum(map(len, element.attributes.values()))
-            pending.extend((child, level + 1) for child in element.children)
             if element.tag == "SubTree":
-                inside = self._of_subtree(element)
-                deepest = max(deepest, level + inside.depth)
+                inside = self._known[element.attributes["ID"]]
+                level += inside.depth
                 nodes += inside.nodes
                 characters += inside.characters
+            if level > MAX_LEVELS:
+                raise element.error(f"the tree has more than {MAX_LEVELS} levels of nodes, those of sub-trees counted")
+            deepest = max(deepest, level)
         return Size(deepest, nodes, characters)
 
-    def _of_subtree(self, element: Element) -> Size:
-        tree_id = element.attributes["ID"]
-        if tree_id in self._path:
-            circle = " → ".join([*self._path[self._path.index(tree_id) :], tree_id])
-            raise element.error(f"a tree cannot contain itself: {circle}")
-        return self.of_tree(tree_id)
+
+def _with_levels(root: Element) -> Iterator[tuple[Element, int]]:
+    """Yield an element and all inside, in the order of the document, each with its level from 1."""
+    pending = [(root, 1)]
+    while pending:
+        element, level = pending.pop()
+        yield element, level
+        pending.extend((child, level + 1) for child in reversed(element.children))
 
 
 def _nearest(type_id: str, manifests: Mapping[str, NodeManifest]) -> str:

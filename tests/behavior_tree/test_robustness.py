@@ -145,3 +145,29 @@ def test_sub_trees_that_multiply_are_refused_before_they_fill_the_memory() -> No
     text = document("<SubTree ID='T0'/>", *trees, f"<BehaviorTree ID='T40'>{LEAF}</BehaviorTree>")
     with pytest.raises(LoadError, match=r"more than \d+ nodes"):
         load_text(text, Registry())
+
+
+def nested_trees(count: int, last: str, wrapped: str = "{}") -> Tree:
+    """Load trees each of which uses the next, the last of them with a body of its own."""
+    uses = [wrapped.format(f'<SubTree ID="T{n + 1}" name="s" a="{{a}}"/>') for n in range(count)]
+    trees = "".join(f'<BehaviorTree ID="T{n}">{body}</BehaviorTree>' for n, body in enumerate([*uses, last]))
+    text = f'<root BTCPP_format="4" main_tree_to_execute="T0">{trees}</root>'
+    return load_text(text, plain_registry(), clock=ManualClock())
+
+
+def test_hundreds_of_nested_sub_trees_run_and_are_halted() -> None:
+    last = '<Sequence><Script code="a += 1"/><Scripted name="work" script="R" _onHalted="a += 1"/></Sequence>'
+    for tree in (nested_trees(1900, last), nested_trees(990, last, "<ReactiveSequence>{}</ReactiveSequence>")):
+        tree.blackboard.set("a", 0)
+        assert tree.tick_once() == RUNNING
+        tree.halt_tree()
+        assert tree.blackboard.get("a") == 2
+        assert tree.describe()["children"]
+
+
+def test_more_levels_than_the_limit_are_refused_at_the_place_where_it_is_passed() -> None:
+    with pytest.raises(LoadError, match="more than 2000 levels of nodes, those of sub-trees counted") as caught:
+        nested_trees(3000, LEAF)
+    assert caught.value.line == 1
+    with pytest.raises(LoadError, match="a tree cannot contain itself: T0 → T1 → "):
+        nested_trees(3000, '<SubTree ID="T0"/>')
