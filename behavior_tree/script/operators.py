@@ -14,6 +14,9 @@ from ..errors import ScriptError
 TOLERANCE: Final = 2.0**-23
 """Numbers this close are equal: the machine epsilon of a 32-bit float, as in BehaviorTree.CPP."""
 
+MAX_TEXT: Final = 100_000
+"""Characters of a text that a script makes; one that doubles itself would soon fill the memory."""
+
 TRUTH: Final = {"true": 1.0, "false": 0.0}
 
 Operation = Callable[[Any, Any], Any]
@@ -57,9 +60,9 @@ def logical_not(value: Any) -> float:
 
 
 def add(left: Any, right: Any) -> float | str:
-    """Return the sum of two numbers, or two texts joined."""
+    """Return the sum of two numbers, or two texts joined, at most `MAX_TEXT` characters."""
     if isinstance(left, str) and isinstance(right, str):
-        return left + right
+        return _joined(left, right)
     return float(_number("+", left)) + float(_number("+", right))
 
 
@@ -74,10 +77,17 @@ def divide(left: Any, right: Any) -> float:
 
 
 def join(left: Any, right: Any) -> str:
-    """Return texts joined; at most one of them may be a number."""
+    """Return texts joined, at most `MAX_TEXT` characters; at most one of them may be a number."""
     if not isinstance(left, str) and not isinstance(right, str):
         raise ScriptError(f"'..' needs a text on one side at least, not {_shown(left)} and {_shown(right)}")
-    return _as_text(left) + _as_text(right)
+    return _joined(_as_text(left), _as_text(right))
+
+
+def _joined(left: str, right: str) -> str:
+    length = len(left) + len(right)
+    if length > MAX_TEXT:
+        raise ScriptError(f"the joined text would have {length} characters: at most {MAX_TEXT}")
+    return left + right
 
 
 def _shown(value: Any) -> str:

@@ -248,13 +248,25 @@ def test_whatever_is_loaded_the_mission_under_way_goes_on(what: str) -> None:
 
 def test_a_text_that_grows_without_end_does_not_keep_the_mission_from_being_told_of() -> None:
     with Rig() as rig:
-        doubling = '<Repeat num_cycles="20"><Script code="a += a"/></Repeat>'
+        doubling = '<Repeat num_cycles="15"><Script code="a += a"/></Repeat>'
         run(rig, tree("<Script code=\"a := 'xx'\"/>", doubling, '<NavigateTo x="{a}" y="0"/>'))
         rig.advance(3.0)
         failed = status(rig)
         assert failed.state is MissionState.FAILED
         assert "is not a number" in failed.error or "xxx" in failed.error
         assert len(failed.error) <= 2000
+        assert [event for event in rig.events if event.kind == "component.fault"] == []
+
+
+def test_a_text_that_doubles_without_end_fails_its_script_and_nothing_else() -> None:
+    with Rig() as rig:
+        doubling = '<Repeat num_cycles="-1"><Script name="grow" code="a := a + a"/></Repeat>'
+        run(rig, tree("<Script code=\"a := 'xx'\"/>", doubling))
+        rig.advance(3.0)
+        failed = status(rig)
+        assert failed.state is MissionState.FAILED
+        assert "grow" in failed.error
+        assert "at most 100000" in failed.error
         assert [event for event in rig.events if event.kind == "component.fault"] == []
 
 
