@@ -100,9 +100,10 @@ class Blackboard:
         entry.stamp = self.clock.now()
 
     def declare(self, key: str, kind: PortType = None) -> Entry:
-        """Make sure that an entry exists, following the remappings, and give it a type if it has none.
+        """Make sure that an entry exists, following the remappings; a new one gets a type, or stays open with None.
 
-        An entry that was declared as text stays text: every other port reads it, because text converts to everything.
+        As in BehaviorTree.CPP the first to name an entry decides: one that is open stays so until it is written. An
+        entry that was declared as text stays text: every other port reads it, because text converts to everything.
 
         Raises:
             BlackboardError: The entry has another type already.
@@ -110,12 +111,12 @@ class Blackboard:
         board, outer = self._outer(key)
         if key not in self._entries and board is not None:
             return board.declare(outer, kind)
-        entry = self._entries.setdefault(key, Entry())
-        if kind is None or entry.type == kind:
+        entry = self._entries.get(key)
+        if entry is None:
+            entry = self._entries[key] = Entry(type=kind)
+        if kind is None or entry.type is None or entry.type == kind:
             return entry
-        if entry.type is None:
-            entry.type = kind
-        elif entry.type is not str and not _related(entry.type, kind):
+        if entry.type is not str and not _related(entry.type, kind):
             known, other = type_name(entry.type), type_name(kind)
             raise BlackboardError(f"blackboard entry '{key}' is of type {known}; it cannot become {other}")
         return entry

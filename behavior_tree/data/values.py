@@ -5,6 +5,7 @@ statuses, enumerations and lists. It also converts to every class that has a con
 """
 
 import json
+import math
 import re
 from collections.abc import Callable, Mapping
 from enum import Enum
@@ -57,12 +58,16 @@ def parse_real(text: str) -> float:
     """Read a decimal number.
 
     Raises:
-        ValueError: The text is something else.
+        ValueError: The text is something else, or too large or too close to zero for a real of 64 bits.
     """
     text = text.strip()
-    if not _REAL.fullmatch(text):
+    found = _REAL.fullmatch(text)
+    if not found:
         raise ValueError(f"'{text}' is not a number")
-    return float(text)
+    value = float(text)
+    if math.isinf(value) or (value == 0.0 and found.group(1).strip("0.")):
+        raise ValueError(f"'{text}' does not fit into a real of 64 bits")
+    return value
 
 
 def parse_bool(text: str) -> bool:

@@ -64,10 +64,10 @@ class _Loop(Decorator):
         return True
 
     def _look(self) -> None:
-        given = self.read_port_or("queue")
+        given = self.queue
         if isinstance(given, deque):
             self._items = given
-        elif self._items is None and given is not None:
+        elif self._items is None:
             if not isinstance(given, str | list | tuple):
                 raise ValueError(f"the queue must be a deque, a list or text, not {type(given).__name__}")
             self._items = deque(self._from_text(given) if isinstance(given, str) else given)

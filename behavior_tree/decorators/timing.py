@@ -5,7 +5,8 @@ due.
 """
 
 from ..nodes.decorator import Decorator
-from ..nodes.node import NodeSetup
+from ..nodes.durations import read_duration
+from ..nodes.node import Node, NodeSetup
 from ..nodes.ports import Input
 from ..status import COMPLETED, FAILURE, RUNNING, Status
 
@@ -19,10 +20,16 @@ class Delay(Decorator):
         super().__init__(setup)
         self._deadline: float | None = None
 
+    def adopt(self, children: tuple[Node, ...]) -> None:
+        """Take the child and check a time that is given as a literal."""
+        super().adopt(children)
+        if self.has_literal("delay_msec"):
+            read_duration(self, "delay_msec")
+
     def tick(self) -> Status:
         """Start the timer, wait for it, or tick the child."""
         if self._deadline is None:
-            self._deadline = self.runtime.timers.start(self.uid, self.delay_msec / 1000.0)
+            self._deadline = self.runtime.timers.start(self.uid, read_duration(self, "delay_msec"))
             self.set_running()
             return RUNNING
         if self.runtime.clock.now() < self._deadline:
@@ -54,14 +61,20 @@ class Timeout(Decorator):
         self._started = False
         self._deadline: float | None = None
 
+    def adopt(self, children: tuple[Node, ...]) -> None:
+        """Take the child and check a time that is given as a literal."""
+        super().adopt(children)
+        if self.has_literal("msec"):
+            read_duration(self, "msec")
+
     def tick(self) -> Status:
         """Start the timer at first; tick the child unless its time is over."""
         if not self._started:
             self._started = True
             self.set_running()
-            duration = self.msec
-            if duration > 0:
-                self._deadline = self.runtime.timers.start(self.uid, duration / 1000.0)
+            duration = read_duration(self, "msec")
+            if duration > 0.0:
+                self._deadline = self.runtime.timers.start(self.uid, duration)
         if self._deadline is not None and self.runtime.clock.now() >= self._deadline:
             # The timer fires once: a child that is not running then continues without a limit.
             self._deadline = None

@@ -1,7 +1,8 @@
 """Leaves with a fixed result, and the leaf that waits."""
 
+from ..nodes.durations import read_duration
 from ..nodes.leaf import StatefulAction, SyncAction
-from ..nodes.node import NodeSetup
+from ..nodes.node import Node, NodeSetup
 from ..nodes.ports import Input
 from ..status import FAILURE, RUNNING, SUCCESS, Status
 
@@ -31,12 +32,18 @@ class Sleep(StatefulAction):
         super().__init__(setup)
         self._deadline = 0.0
 
+    def adopt(self, children: tuple[Node, ...]) -> None:
+        """Check a time that is given as a literal."""
+        super().adopt(children)
+        if self.has_literal("msec"):
+            read_duration(self, "msec")
+
     def on_start(self) -> Status:
         """Start the timer."""
-        duration = self.msec
-        if duration <= 0:
+        duration = read_duration(self, "msec")
+        if duration == 0.0:
             return SUCCESS
-        self._deadline = self.runtime.timers.start(self.uid, duration / 1000.0)
+        self._deadline = self.runtime.timers.start(self.uid, duration)
         return RUNNING
 
     def on_running(self) -> Status:

@@ -50,7 +50,7 @@ def compile_condition(text: str, board: Blackboard, enums: Mapping[str, int]) ->
     def holds() -> bool:
         value = script()
         # Comparisons give reals, and nearly all conditions are comparisons.
-        return value != 0.0 if type(value) is float else truth(value)
+        return value != 0.0 if type(value) is float and value >= 0.0 else truth(value)
 
     return holds
 

@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass
 from typing import Final
 
-from ..data.values import INT64_MAX
+from ..data.values import INT64_MAX, parse_real
 from ..errors import ScriptError
 
 
@@ -37,6 +37,7 @@ _TOKEN: Final = re.compile(
 )
 _KINDS: Final = {"quoted": "text"}
 _BASES: Final = {"int": 10, "hex": 16}
+_NUMBERS: Final = ("real", *_BASES)
 _MAX_DIGITS: Final = 100
 """More digits than any number of 64 bits needs, leading zeros included; Python refuses to read thousands."""
 _MAX_SHOWN_LENGTH: Final = 200
@@ -46,7 +47,7 @@ def tokenize(script: str) -> list[Token]:
     """Return the tokens of a script, closed by an ``end`` token; a line may end with a backslash.
 
     Raises:
-        ScriptError: Some characters form no token, or a whole number does not fit into 64 bits.
+        ScriptError: Some characters form no token, or a number does not fit into 64 bits.
     """
     tokens = []
     position = 0
@@ -56,7 +57,7 @@ def tokenize(script: str) -> list[Token]:
             raise ScriptError(f"{place(script, position)}: cannot read '{script[position:][:12]}'")
         kind = str(found.lastgroup)
         token = Token(_KINDS.get(kind, kind), found.group(kind), position + 1)
-        if kind in _BASES and not _fits(token):
+        if kind in _NUMBERS and not _fits(token):
             raise ScriptError(f"{place(script, position)}: {found.group()[:30]} does not fit into 64 bits")
         if kind != "space":
             tokens.append(token)
@@ -71,4 +72,10 @@ def place(script: str, position: int) -> str:
 
 
 def _fits(token: Token) -> bool:
+    if token.kind == "real":
+        try:
+            parse_real(token.text)
+        except ValueError:
+            return False
+        return True
     return len(token.text) <= _MAX_DIGITS and int(token.text, _BASES[token.kind]) <= INT64_MAX

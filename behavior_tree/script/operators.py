@@ -27,13 +27,13 @@ def truth(value: Any) -> bool:
     """Return whether a value counts as true where a condition is wanted.
 
     Raises:
-        ScriptError: The value is a negative whole number, or no number at all.
+        ScriptError: The value is a negative number, a whole number other than 0 and 1, or no number at all.
     """
-    if isinstance(value, float):
+    if isinstance(value, float) and not value < 0.0:
         return value != 0.0
-    if isinstance(value, int) and value >= 0:
+    if isinstance(value, int) and value in (0, 1):
         return value != 0
-    raise ScriptError(f"{_shown(value)} is neither true nor false; a condition is a number that is not negative")
+    raise ScriptError(f"{_shown(value)} is neither true nor false: must be 0, 1, or a real that is not negative")
 
 
 def chosen(value: Any) -> bool:

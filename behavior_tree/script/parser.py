@@ -33,14 +33,14 @@ class _Parser:
         self._position = 0
 
     def statements(self) -> list[Expression]:
+        """Parse all statements; as in BehaviorTree.CPP, semicolons between them may be missing or repeated."""
         statements = [self._expression()]
-        while self._accept(";"):
+        while True:
+            while self._accept(";"):
+                pass
             if self._token.kind == "end":
-                break
+                return statements
             statements.append(self._expression())
-        if self._token.kind != "end":
-            raise self._error("expected an operator or ';'")
-        return statements
 
     def _expression(self) -> Expression:
         left = self._conditional()
@@ -48,7 +48,7 @@ class _Parser:
         if operator:
             if not isinstance(left, Name):
                 raise self._error(f"the left side of '{operator}' must be a name")
-            left = Assignment(operator, left.name, self._conditional())
+            left = Assignment(operator, left.name, self._expression())
         return left
 
     def _conditional(self) -> Expression:

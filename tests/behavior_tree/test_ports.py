@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from behavior_tree import (
+    RUNNING,
     SUCCESS,
     Blackboard,
     BlackboardError,
@@ -325,3 +326,37 @@ def test_unset_blackboard_removes_an_entry() -> None:
     tree = tree_of("<Sequence><Script code='x := 1'/><UnsetBlackboard key='x'/></Sequence>")
     assert ticks(tree, 1) == "S"
     assert tree.blackboard.dump() == {}
+
+
+@pytest.mark.parametrize("order", [("whole", "flag"), ("flag", "whole")])
+def test_entry_that_an_untyped_port_named_first_stays_open_until_it_is_written(order: tuple[str, str]) -> None:
+    untyped, (first, second) = '<SetBlackboard value="{k}" output_key="c"/>', order
+    typed = f'<Probe {first}="{{k}}"/><Probe {second}="{{k}}"/>'
+    tree = load_text(document(f"<Sequence>{untyped}{typed}</Sequence>"), registry())
+    entry = tree.blackboard.find("k")
+    assert entry is not None
+    assert entry.type is None
+    tree.blackboard.set("k", 1)
+    assert entry.type is int
+    assert ticks(tree, 1) == "S"
+    with pytest.raises(LoadError, match="is of type .*; it cannot become"):
+        load_text(document(f"<Sequence>{typed}{untyped}</Sequence>"), registry())
+
+
+@pytest.mark.parametrize("text", ["1e999", "-1e999", "1e-999"])
+def test_number_that_no_real_holds_is_refused(text: str) -> None:
+    with pytest.raises(LoadError, match="does not fit into a real of 64 bits"):
+        tree_of(f'<LoopDouble queue="{text}"><AlwaysSuccess/></LoopDouble>')
+
+
+@pytest.mark.parametrize("body", ['<Sleep msec="{}"/>', '<Delay delay_msec="{}"><AlwaysSuccess/></Delay>',
+                                  '<Timeout msec="{}"><AlwaysSuccess/></Timeout>'])  # fmt: skip
+def test_negative_or_endless_time_is_refused(body: str) -> None:
+    for text in ("-5", "4294967296"):
+        with pytest.raises(LoadError, match="must be from 0 to 4294967295 milliseconds"):
+            tree_of(body.format(text))
+    tree = tree_of(body.format("{time}"))
+    tree.blackboard.set("time", -1)
+    with pytest.raises(NodeError, match="must be from 0"):
+        tree.tick_once()
+    assert tree_of(body.format("0")).tick_once() in (RUNNING, SUCCESS)

@@ -48,7 +48,14 @@ def test_text_is_read_anew_at_every_start() -> None:
 @pytest.mark.parametrize(("status", "letter"), [("SUCCESS", "S"), ("FAILURE", "F"), ("SKIPPED", "K"), ("RUNNING", "R")])
 def test_empty_queue_gives_the_status_that_is_asked_for(status: str, letter: str) -> None:
     assert ticks(looped("Int", "", ports=f'if_empty="{status}"'), 1) == letter
-    assert ticks(looped("String", "{nothing}", ports=f'if_empty="{status}"'), 1) == letter
+    tree = looped("String", "{nothing}", ports=f'if_empty="{status}"')
+    tree.blackboard.set("nothing", [])
+    assert ticks(tree, 1) == letter
+
+
+def test_queue_that_was_never_written_is_an_error() -> None:
+    with pytest.raises(NodeError, match="input 'queue' from entry 'nothing': .* is empty"):
+        ticks(looped("String", "{nothing}"), 1)
 
 
 def test_running_child_keeps_its_item_and_a_skipped_one_loses_it() -> None:

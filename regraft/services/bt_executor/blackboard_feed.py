@@ -79,11 +79,20 @@ class BlackboardFeed:
         self._refused: set[str] = set()
 
     def declare(self, board: Blackboard) -> None:
-        """Give a new root blackboard the entries, still empty; they are filled at the next `update`."""
+        """Give a new root blackboard the entries of a known type, still empty; the next `update` fills them.
+
+        The ports of the tree type the others. `declare_others` is for these, after the tree is made.
+        """
         for own in self._reflected:
             board.declare(own.key, own.type)
         for entry in self._entries.values():
-            board.declare(entry.key, None if entry.value is None else type(entry.value))
+            if entry.value is not None:
+                board.declare(entry.key, type(entry.value))
+
+    def declare_others(self, board: Blackboard) -> None:
+        """Give a root blackboard the entries whose type is not known yet."""
+        for entry in self._entries.values():
+            board.declare(entry.key)
 
     def update(self, board: Blackboard) -> None:
         """Write the entries that have something new, all for a board that was not written before, and every age."""

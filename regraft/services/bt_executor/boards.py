@@ -157,8 +157,10 @@ def carry_over(old: Blackboard, new: Blackboard) -> Carried:
             continue
         try:
             known = new.find(key)
-            if known is None or known.type is None:
+            if known is None:
                 new.declare(key, was.type)
+            elif known.type is None:
+                known.type = was.type
             new.set(key, was.value)
         except BlackboardError as error:
             clashes[key] = error.message

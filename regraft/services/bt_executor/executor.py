@@ -297,7 +297,9 @@ class Executor(Component):
         assert self._registry is not None
         board = Blackboard(clock=self.kit)
         self._reflection.declare(board)
-        return source.load(self._registry, board)
+        tree = source.load(self._registry, board)
+        self._reflection.declare_others(board)
+        return tree
 
     # --- blackboard ---
 

@@ -59,7 +59,7 @@ def board_after(script: str, **entries: Any) -> dict[str, Any]:
         ("!0", 1.0),
         ("!3", 0.0),
         ("1 && 0", 0.0),
-        ("1 && 2", 1.0),
+        ("1 && 2.5", 1.0),
         ("0 || 0", 0.0),
         ("1 || 0 && 0", 1.0),
         ("0 <= 2 <= 3", 1.0),
@@ -124,9 +124,9 @@ def test_assignment_leaves_values_of_these_types(script: str, before: dict[str, 
 
 @pytest.mark.parametrize(
     "script",
-    ["", ";", "1 +", "65.", ".5", "3foo", "0x", "'open", "1 2", "(1", "1)", "1 ? 2", "1 := 2", "x + 1 := 2",
-     "x := y := 2", "1" * 9999, "0x1F.", "x ==", "a.b", "$x", "9223372036854775808",
-     "x = = 1", "? 1 : 2", "1;;2"],
+    ["", ";", "1 +", "65.", ".5", "3foo", "0x", "'open", "(1", "1)", "1 ? 2", "1 := 2", "x + 1 := 2",
+     ";x := 1", "x := 1; )", "1e999", "1" * 9999, "0x1F.", "x ==", "a.b", "$x", "9223372036854775808",
+     "x = = 1", "? 1 : 2"],
 )  # fmt: skip
 def test_ill_formed_script_is_refused_when_it_is_compiled(script: str) -> None:
     with pytest.raises(ScriptError):
@@ -179,15 +179,15 @@ def test_enumerated_name_goes_before_an_entry_of_the_same_name() -> None:
     assert run("RED", RED=7) == 1.0
 
 
-@pytest.mark.parametrize(("value", "holds"), [(0, False), (2, True), (0.0, False), (-1.5, True)])
+@pytest.mark.parametrize(("value", "holds"), [(0, False), (1, True), (0.0, False), (0.5, True), (math.nan, True)])
 def test_number_as_a_condition(value: float, holds: bool) -> None:
     board = Blackboard()
     board.set("x", value)
     assert compile_condition("x", board, {})() is holds
 
 
-@pytest.mark.parametrize("value", ["yes", -1])
-def test_text_or_negative_whole_number_as_a_condition_is_an_error(value: object) -> None:
+@pytest.mark.parametrize("value", ["yes", -1, -0.5, 5])
+def test_text_a_negative_number_and_a_whole_one_beyond_1_are_no_conditions(value: object) -> None:
     board = Blackboard()
     board.set("x", value)
     with pytest.raises(ScriptError):
@@ -256,3 +256,18 @@ def test_a_text_grows_no_further_than_its_limit(script: str) -> None:
     with pytest.raises(ScriptError, match="the joined text would have .* characters: at most 100000"):
         run(script, s="x" * 100_000)
     assert len(run("s + 'x'", s="x" * 99_999)) == 100_000
+
+
+@pytest.mark.parametrize("script", ["a:=1;;b:=2", "a := 1\n b := 2\n", "a := 1 b := 2;;;", "a:=1;\n\n;b:=a+1"])
+def test_semicolons_between_statements_may_be_missing_or_repeated(script: str) -> None:
+    assert board_after(script) == {"a": 1, "b": 2}
+
+
+def test_an_assignment_may_be_the_right_side_of_another() -> None:
+    assert board_after("a := b := 2") == {"a": 2, "b": 2}
+
+
+@pytest.mark.parametrize("script", ["5 && 2", "0 || 2", "1 && -1", "1 && (0 - 0.5)", "n || 0"])
+def test_logical_operators_take_no_whole_number_beyond_1_and_no_negative_one(script: str) -> None:
+    with pytest.raises(ScriptError, match="is neither true nor false: must be 0, 1, or a real"):
+        run(script, n=7)
