@@ -9,9 +9,12 @@ from ..errors import LoadError
 from ..nodes.limits import Limits
 from ..nodes.manifest import NodeKind, NodeManifest, PortModel
 from .document import Element, parse_document, parse_leniently
+from .encoding import decode
 from .models import manifests_of
 
 MAX_INCLUDE: Final = 100
+_MAX_BYTES: Final = 4
+"""The most bytes of one character."""
 _TAGS: Final = ("include", "BehaviorTree", "TreeNodesModel")
 
 
@@ -83,10 +86,11 @@ class Collector:
         if path.exists() and not path.is_file():
             raise LoadError(f"cannot read '{path}': it is no file", file=str(path))
         try:
-            self._count(path.stat().st_size, str(path))
-            text = path.read_text(encoding="utf-8-sig")
-        except (OSError, UnicodeDecodeError) as error:
+            self._check_size(path)
+            text = decode(path.read_bytes())
+        except (OSError, ValueError) as error:
             raise LoadError(f"cannot read '{path}': {error}", file=str(path)) from error
+        self._count(len(text), str(path))
         self.add_text(text, str(path), path.parent)
 
     def add_own_text(self, text: str, folder: Path) -> None:
@@ -128,6 +132,11 @@ class Collector:
         self._length += length
         if self._limits:
             self._limits.check_xml(self._length, file)
+
+    def _check_size(self, path: Path) -> None:
+        """Make sure, before it is read, that a file is not too large in any encoding; raises LoadError."""
+        if self._limits:
+            self._limits.check_xml(self._length + path.stat().st_size // _MAX_BYTES, str(path))
 
     def check_ids(self) -> None:
         """Check that every tree has an ID if there are several.

@@ -60,7 +60,7 @@ def read_manifests(text: str, file: str = "", warnings: list[str] | None = None)
 def manifests_of(model: Element, warnings: list[str]) -> list[NodeManifest]:
     """Return the node types of a TreeNodesModel element.
 
-    A default that its type cannot read, such as an expression of C++, is a warning, and the port has none.
+    A default that its type cannot read, such as an expression of C++, is a warning and left out.
     Sub-tree ports such as Groot2's ``_collapsed`` are an editor's own notes and left out.
 
     Raises:

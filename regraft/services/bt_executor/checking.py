@@ -27,6 +27,7 @@ from behavior_tree import (
 )
 from behavior_tree.mocking import mock_models
 from behavior_tree.xml.document import Element, parse_document
+from behavior_tree.xml.encoding import decode
 from regraft import Kit
 from regraft.component.component import describe
 from regraft.services.bt_executor.executor import Executor
@@ -36,7 +37,7 @@ from regraft.services.bt_executor.source import LIMITS, check_size
 
 MAX_ERRORS: Final = 20
 MAX_MODELS_SIZE: Final = 1_000_000
-"""Characters of a file with models of nodes."""
+"""Bytes of a file with models of nodes."""
 HARMLESS: Final = "AlwaysSuccess"
 
 
@@ -103,12 +104,13 @@ def _ports(known: Mapping[str, NodeManifest], model: NodeManifest) -> Set[str]:
 
 def _models(file: str, warnings: list[str] | None) -> Collection[NodeManifest]:
     try:
-        with Path(file).open(encoding="utf-8-sig") as stream:
-            text = stream.read(MAX_MODELS_SIZE + 1)
-    except (OSError, UnicodeDecodeError) as error:
+        with Path(file).open("rb") as stream:
+            data = stream.read(MAX_MODELS_SIZE + 1)
+        if len(data) > MAX_MODELS_SIZE:
+            raise TreeError(f"'{file}' is too large: must have at most {MAX_MODELS_SIZE} bytes", file=file)
+        text = decode(data)
+    except (OSError, ValueError) as error:
         raise TreeError(f"cannot read '{file}': {error}", file=file) from error
-    if len(text) > MAX_MODELS_SIZE:
-        raise TreeError(f"'{file}' is too large: must have at most {MAX_MODELS_SIZE} characters", file=file)
     manifests = read_manifests(text, file, warnings)
     if not manifests:
         raise TreeError(f"'{file}' has no <TreeNodesModel> with node types", file=file)
@@ -123,8 +125,8 @@ def check(file: Path, registry: Registry, main: str = "") -> Report:
     if first.line == 0:
         return Report((first,), ())
     try:
-        document = parse_document(file.read_text(encoding="utf-8-sig"), "")
-    except (TreeError, OSError, UnicodeDecodeError):
+        document = parse_document(decode(file.read_bytes()), "")
+    except (TreeError, OSError, ValueError):
         return Report((first,), ())
     report = _Search(file, registry, main).run(document, first)
     in_order = sorted(report.errors, key=lambda error: (error.file != str(file), error.file, error.line))

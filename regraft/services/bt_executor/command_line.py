@@ -215,17 +215,20 @@ def check(
 
 
 def _text(file: Path) -> str:
+    from behavior_tree.xml.encoding import decode
+
     try:
-        with file.open(encoding="utf-8-sig") as stream:
-            text = stream.read(MAX_TREE_SIZE + 1)
+        with file.open("rb") as stream:
+            data = stream.read(MAX_TREE_SIZE + 1)
+        if len(data) > MAX_TREE_SIZE:
+            raise BadInput(f"{file}: is too large for a tree: must have at most {MAX_TREE_SIZE} bytes")
+        text = decode(data)
     except OSError as error:
         raise BadInput(f"{file}: cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise BadInput(f"{file}: is not UTF-8 text") from None
+    except ValueError as error:
+        raise BadInput(f"{file}: cannot be read: {error}") from None
     if not text.strip():
         raise BadInput(f"{file}: is empty: must be a tree in XML")
-    if len(text) > MAX_TREE_SIZE:
-        raise BadInput(f"{file}: is too large for a tree: must have at most {MAX_TREE_SIZE} characters")
     return text
 
 

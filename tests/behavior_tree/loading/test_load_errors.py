@@ -242,3 +242,38 @@ def test_lenient_reading_takes_comments_in_comments_and_text_behind_the_end_and_
     assert tree.nodes[1].setup.line == 3
     with pytest.raises(LoadError, match="not well-formed"):
         load_text(document("<Sequence>"), plain_registry())
+
+
+MARKED = '<?xml version="1.0" encoding="{}"?>\n' + document("<Script code=\"place := 'Küche'\"/>")
+
+
+@pytest.mark.parametrize(
+    ("declared", "encoding"),
+    [
+        ("UTF-8", "utf-8"), ("utf-8", "utf-8-sig"), ("ISO-8859-1", "latin-1"), ("latin1", "latin-1"),
+        ("windows-1252", "cp1252"), ("UTF-16", "utf-16"), ("UTF-16", "utf-16-le"), ("utf-16", "utf-16-be"),
+        ("utf-16", "utf-8"),
+    ],
+)  # fmt: skip
+def test_file_is_read_in_the_encoding_that_it_declares(tmp_path: Path, declared: str, encoding: str) -> None:
+    file = tmp_path / "tree.xml"
+    file.write_bytes(MARKED.format(declared).encode(encoding))
+    tree = load_file(file, plain_registry(), lenient=False)
+    tree.tick_once()
+    assert tree.blackboard.get("place") == "Küche"
+
+
+@pytest.mark.parametrize(
+    ("declared", "encoding", "message"),
+    [
+        ("klingon", "utf-8", "encoding 'klingon' is not known: must be UTF-8"),
+        ("rot13", "utf-8", "encoding 'rot13' is not known"),
+        ("utf-7", "utf-8", "encoding 'utf-7' is not known"),
+        ("UTF-8", "latin-1", "can't decode byte 0xfc"),
+    ],
+)
+def test_file_in_no_known_encoding_is_refused(tmp_path: Path, declared: str, encoding: str, message: str) -> None:
+    file = tmp_path / "tree.xml"
+    file.write_bytes(MARKED.format(declared).encode(encoding))
+    with pytest.raises(LoadError, match=message):
+        load_file(file, plain_registry())
