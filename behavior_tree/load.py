@@ -92,7 +92,7 @@ def _build(
         mock_unknown_types(registry, collection)
     main = collection.main_tree(main)
     check_structure(collection, registry.manifests)
-    size = total_size(collection, main)
+    size = total_size(collection, main, limits.text if limits else None)
     if limits:
         limits.check(main, size)
     _allow_recursion(size.depth)
@@ -100,7 +100,7 @@ def _build(
     board = blackboard or Blackboard(clock=clock)
     board.converters = registry.converters
     runtime = Runtime(clock, registry.enums)
-    builder = Builder(collection, registry, runtime)
+    builder = Builder(collection, registry, runtime, seconds=limits.seconds if limits else None)
     builder.build_tree(main, board, "")
     boards = {main: board, **builder.boards}
     return Tree(

@@ -28,7 +28,7 @@ TRUTH_VALUES: Final = {
 _INT: Final = re.compile(r"[+-]?\d+")
 _WHOLE: Final = re.compile(r"([+-]?\d+)\.0*")
 _INFINITY: Final = re.compile(r"[+-]?inf(inity)?", re.IGNORECASE)
-_REAL: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_REAL: Final = re.compile(r"[+-]?(\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?")
 
 
 def type_name(kind: PortType) -> str:

@@ -28,11 +28,15 @@ class Limits:
         xml: Characters of its XML, all included files together.
         nodes: Nodes, each use of a sub-tree counted.
         characters: Characters of all attributes, each use of a sub-tree counted.
+        text: Characters of one attribute, None for any number.
+        seconds: How long making the nodes may take, None for any time; it is looked at after each node.
     """
 
     xml: int
     nodes: int
     characters: int
+    text: int | None = None
+    seconds: float | None = None
 
     def check_xml(self, length: int, file: str) -> None:
         """Make sure that the XML read so far, up to a file, is not too long; raises LoadError."""

@@ -1,10 +1,5 @@
 """How attributes refer to blackboard entries."""
 
-import re
-from typing import Final
-
-_REFERENCE: Final = re.compile(r"\s*\{\s*([^{}\s][^{}]*?)\s*\}\s*")
-
 
 def board_key(text: str, port: str) -> str | None:
     """Return the key that an attribute like ``{key}`` names, or None if it is a literal.
@@ -13,8 +8,10 @@ def board_key(text: str, port: str) -> str | None:
         text: The attribute's value.
         port: The port's name, which ``{=}`` represents.
     """
-    found = _REFERENCE.fullmatch(text)
-    if found is None:
+    text = text.strip()
+    if not (text.startswith("{") and text.endswith("}")):
         return None
-    key = found.group(1)
+    key = text[1:-1].strip()
+    if not key or "{" in key or "}" in key:
+        return None
     return port if key == "=" else key

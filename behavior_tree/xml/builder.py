@@ -1,5 +1,6 @@
 """Makes the nodes of a tree from its elements."""
 
+import time
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -34,6 +35,7 @@ class Builder:
         runtime: The parts that the nodes share.
         nodes: The nodes made so far.
         boards: The blackboards by the path of their sub-tree; the main tree's is added by the caller.
+        seconds: How long it may take, None for any time.
     """
 
     collection: TreeCollection
@@ -41,6 +43,8 @@ class Builder:
     runtime: Runtime
     nodes: list[Node] = field(default_factory=list)
     boards: dict[str, Blackboard] = field(default_factory=dict)
+    seconds: float | None = None
+    _began: float = field(default_factory=time.monotonic)
 
     def build_tree(self, tree_id: str, board: Blackboard, prefix: str) -> Node:
         """Make the nodes of a tree and return its root.
@@ -83,6 +87,8 @@ class Builder:
     def _node(self, setup: NodeSetup) -> Node:
         if len(self.nodes) >= MAX_NODES:
             raise ValueError(f"the tree has more than {MAX_NODES} nodes, counting each use of a sub-tree")
+        if self.seconds is not None and time.monotonic() - self._began > self.seconds:
+            raise ValueError(f"making the tree takes longer than {self.seconds:g} s, up to node {len(self.nodes) + 1}")
         if not len(self.registry.substitutions):
             return self.registry.build(setup)
         types = (setup.manifest.type_id, setup.subtree_id) if setup.subtree_id else (setup.manifest.type_id,)

@@ -60,20 +60,26 @@ def check_structure(collection: TreeCollection, manifests: Mapping[str, NodeMani
             pending.extend(reversed(element.children))
 
 
-def total_size(collection: TreeCollection, main: str) -> Size:
+def total_size(collection: TreeCollection, main: str, longest: int | None = None) -> Size:
     """Return how large a tree is with its sub-trees, without making any node.
 
+    Args:
+        collection: All trees.
+        main: The tree.
+        longest: The most characters of one attribute, None for any number.
+
     Raises:
-        LoadError: A tree contains itself, or is nested deeper than `MAX_LEVELS`.
+        LoadError: A tree contains itself, is nested deeper than `MAX_LEVELS`, or an attribute is too long.
     """
-    return _Sizes(collection).of_tree(main)
+    return _Sizes(collection, longest).of_tree(main)
 
 
 class _Sizes:
     """Measures each tree once, those that a tree uses before it."""
 
-    def __init__(self, collection: TreeCollection) -> None:
+    def __init__(self, collection: TreeCollection, longest: int | None) -> None:
         self._collection = collection
+        self._longest = longest
         self._known: dict[str, Size] = {}
 
     def of_tree(self, main: str) -> Size:
@@ -105,7 +111,7 @@ class _Sizes:
         deepest = nodes = characters = 0
         for element, level in _with_levels(root):
             nodes += 1
-            characters += sum(map(len, element.attributes.values()))
+            characters += self._characters(element)
             if element.tag == "SubTree":
                 inside = self._known[element.attributes["ID"]]
                 level += inside.depth
@@ -115,6 +121,13 @@ class _Sizes:
                 raise element.error(f"the tree has more than {MAX_LEVELS} levels of nodes, those of sub-trees counted")
             deepest = max(deepest, level)
         return Size(deepest, nodes, characters)
+
+    def _characters(self, element: Element) -> int:
+        for name, text in element.attributes.items():
+            if self._longest is not None and len(text) > self._longest:
+                type_id = type_of(element)
+                raise element.error(f"{type_id}'s {name[:40]} has {len(text)} characters: at most {self._longest}")
+        return sum(map(len, element.attributes.values()))
 
 
 def _with_levels(root: Element) -> Iterator[tuple[Element, int]]:

@@ -14,6 +14,7 @@ from behavior_tree import Input, LoadError, NodeError
 from regraft.bus_schema.model.adaptation import ChangeState, Connect
 from regraft.bus_schema.model.lifecycle import Transition
 from regraft.services.bt_executor.adaptation import AdaptOnStart, Step
+from regraft.services.bt_executor.adaptation.rules.rule_text import SetText, read_table
 from tests.adapting.helpers import bench, speed_change
 
 LISTING_1 = (
@@ -223,3 +224,28 @@ def test_no_rule_table_however_odd_does_worse_than_to_be_refused(table: str) -> 
         at.tick()
     at.tree.halt_tree()
     assert at.idle
+
+
+@pytest.mark.parametrize(
+    "rules", ["{}max_velocity := 1{}x", "max_velocity := 1{} within{}[1, 2", "true : {}", "connect a{}to{}"]
+)
+def test_a_table_of_many_blanks_is_refused_before_it_is_read(rules: str) -> None:
+    with pytest.raises(ValueError, match=r"the rules have \d+ characters: at most 10000"):
+        read_table(rules.replace("{}", " " * 30_000))
+
+
+@pytest.mark.parametrize(
+    ("text", "value", "low", "high"),
+    [
+        ("a := 1 within [0, 2]", "1", "0", "2"),
+        ("a := b * 2   within[ x ,y + 1 ]", "b * 2", "x", "y + 1"),
+        ("a := 1 within [0, 2", "1 within [0, 2", "", ""),
+        ("a := 1 within [0]", "1 within [0]", "", ""),
+        ("a := 1within [0, 2]", "1within [0, 2]", "", ""),
+        ("a := 'x within [0, 2]'", "'x within [0, 2]'", "", ""),
+        ("a := within + 1 within [0, 2]", "within + 1", "0", "2"),
+    ],
+)
+def test_bounds_are_told_from_values(text: str, value: str, low: str, high: str) -> None:
+    (rule,) = read_table(text)
+    assert rule.actions == (SetText("a", ":=", value, low, high),)

@@ -22,6 +22,8 @@ from behavior_tree import (
     SyncAction,
     load_text,
 )
+from behavior_tree.data.values import parse_real
+from behavior_tree.nodes.text import board_key
 from tests.behavior_tree.trees import document, leaf, ticks, tree_of
 
 
@@ -360,3 +362,12 @@ def test_negative_or_endless_time_is_refused(body: str) -> None:
     with pytest.raises(NodeError, match="must be from 0"):
         tree.tick_once()
     assert tree_of(body.format("0")).tick_once() in (RUNNING, SUCCESS)
+
+
+def test_long_texts_are_no_references_and_no_numbers_after_one_pass() -> None:
+    blanks = " " * 200_000
+    assert board_key(f"{{a{blanks}b}}", "p") == f"a{blanks}b"
+    assert board_key(f"{{a{blanks}", "p") is None
+    assert board_key(f"{blanks}{{=}}{blanks}", "p") == "p"
+    with pytest.raises(ValueError, match="is not a number"):
+        parse_real("9" * 200_000 + "x")

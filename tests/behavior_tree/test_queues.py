@@ -54,7 +54,7 @@ def test_empty_queue_gives_the_status_that_is_asked_for(status: str, letter: str
 
 
 def test_queue_that_was_never_written_is_an_error() -> None:
-    with pytest.raises(NodeError, match="input 'queue' from entry 'nothing': .* is empty"):
+    with pytest.raises(NodeError, match=r"input 'queue' from entry 'nothing': .* is empty"):
         ticks(looped("String", "{nothing}"), 1)
 
 

@@ -6,7 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, ClassVar
 
-from behavior_tree import Blackboard, BlackboardError, Registry, Tree
+from behavior_tree import Blackboard, BlackboardError, Clock, ManualClock, Registry, Tree
 from regraft import (
     Component,
     Future,
@@ -48,6 +48,7 @@ from regraft.services.bt_executor.quality.latest_qualities import LatestQualitie
 from regraft.services.bt_executor.report import kept_blackboard, mission_status
 from regraft.services.bt_executor.source import Source, Unloadable
 from regraft.services.bt_executor.transitions import TransitionLog
+from regraft.services.bt_executor.tree_checks import TreeChecks
 
 MIN_WAIT = 0.001
 """Seconds; a timer of the tree that is due within this time does not get a tick earlier."""
@@ -103,6 +104,7 @@ class Executor(Component):
         self._registry: Registry | None = None
         self._qualities = LatestQualities()
         self._is_active = False
+        self._checks = TreeChecks(self.kit)
         self._start_again = False
         self._tick_wanted: Future[None] = Future()
         self._alarm: Task | None = None
@@ -233,8 +235,10 @@ class Executor(Component):
         return self._status_now()
 
     @service("mission/command")
-    def mission_command(self, command: MissionCommand) -> MissionStatus:
+    async def mission_command(self, command: MissionCommand) -> MissionStatus:
         """Load a tree, check one, start, pause, step or halt it, or have another take over; returns the status then.
+
+        A tree is checked on another thread, while the mission continues.
 
         Raises:
             RequestRefused: the command makes no sense now, or the tree cannot be built; nothing has changed.
@@ -244,7 +248,10 @@ class Executor(Component):
             raise RequestRefused(why, RefusalCode.MALFORMED)
         self._listen()
         try:
-            self._obey(command)
+            if command.command is Command.CHECK:
+                await self._checks.check(self._commanded_source(command), *self._bases(ManualClock(self.kit.now())))
+            else:
+                self._obey(command)
         except Illegal as error:
             raise RequestRefused(str(error), RefusalCode.CONFLICT) from None
         except Unloadable as error:
@@ -255,8 +262,6 @@ class Executor(Component):
     def _obey(self, command: MissionCommand) -> None:
         if command.command is Command.LOAD:
             self._load(self._commanded_source(command))
-        elif command.command is Command.CHECK:
-            self._made(self._commanded_source(command))
         elif command.command is Command.SWAP:
             self._mission.check_swap()
             self._swap(self._commanded_source(command))
@@ -293,11 +298,16 @@ class Executor(Component):
         self._source = source
         self.tick()
 
-    def _made(self, source: Source) -> Tree:
+    def _bases(self, clock: Clock) -> tuple[Registry, Blackboard]:
+        """Return the node types and a root blackboard for a tree that is to be made."""
         assert self._registry is not None
-        board = Blackboard(clock=self.kit)
+        board = Blackboard(clock=clock)
         self._reflection.declare(board)
-        tree = source.load(self._registry, board)
+        return self._registry, board
+
+    def _made(self, source: Source) -> Tree:
+        registry, board = self._bases(self.kit)
+        tree = source.load(registry, board)
         self._reflection.declare_others(board)
         return tree
 

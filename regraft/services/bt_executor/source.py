@@ -7,10 +7,10 @@ from pathlib import Path
 
 from behavior_tree import Blackboard, Limits, Registry, Tree, TreeError, load_file, load_text
 
-LIMITS = Limits(xml=250_000, nodes=10_000, characters=250_000)
-"""A larger tree could take so long to make that the host takes the executor for hung."""
 MAX_TEXT_LENGTH = 10_000
 """Characters of one path or port."""
+LIMITS = Limits(xml=250_000, nodes=10_000, characters=250_000, text=MAX_TEXT_LENGTH)
+"""A larger tree could take so long to make that the host takes the executor for hung."""
 MAX_TEXTS = 4_000_000
 """Characters of all paths and ports together: the mission's status publishes them each second."""
 
@@ -35,25 +35,25 @@ class Source:
     main: str = ""
     folder: str = ""
 
-    def load(self, registry: Registry, board: Blackboard) -> Tree:
+    def load(self, registry: Registry, board: Blackboard, limits: Limits = LIMITS) -> Tree:
         """Make the tree, with ``board`` as its top blackboard and source of time.
 
         Raises:
             Unloadable: it cannot be built.
         """
         try:
-            tree = self._loaded(registry, board)
+            tree = self._loaded(registry, board, limits)
             check_size(tree)
             return tree
         except TreeError as error:
             node = f" (node '{error.node}')" if error.node and error.node not in str(error) else ""
             raise Unloadable(f"{error}{node}") from error
 
-    def _loaded(self, registry: Registry, board: Blackboard) -> Tree:
+    def _loaded(self, registry: Registry, board: Blackboard, limits: Limits) -> Tree:
         if self.file:
-            return load_file(self.file, registry, main=self.main, blackboard=board, limits=LIMITS)
+            return load_file(self.file, registry, main=self.main, blackboard=board, limits=limits)
         folder = Path(self.folder or ".")
-        return load_text(self.text, registry, main=self.main, blackboard=board, folder=folder, limits=LIMITS)
+        return load_text(self.text, registry, main=self.main, blackboard=board, folder=folder, limits=limits)
 
 
 def check_size(tree: Tree) -> None:

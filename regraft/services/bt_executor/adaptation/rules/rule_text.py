@@ -9,17 +9,17 @@ from typing import Final
 
 from regraft.bus_schema.model.lifecycle import Transition
 
-_NAME: Final = r"/?[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*"
-_SET: Final = re.compile(
-    rf"(?:set\s+)?(?P<target>{_NAME})\s*(?P<operator>:=|\+=|-=|=(?!=))\s*(?P<value>.+?)"
-    r"(?:\s+within\s*\[(?P<low>[^\],]+),(?P<high>[^\],]+)\])?\s*",
-    re.DOTALL,
-)
-_CONNECT: Final = re.compile(rf"connect\s+(?P<target>{_NAME})\s+to\s+(?P<topic>[\w./-]+)\s*")
-_DISCONNECT: Final = re.compile(rf"disconnect\s+(?P<target>{_NAME})\s*")
+# All repetitions are possessive: a pattern that cannot match fails in one pass over the text.
+_NAME: Final = r"/?[A-Za-z_]\w*+(?:\.[A-Za-z_]\w*+)*+"
+_SET: Final = re.compile(rf"(?:set\s++)?(?P<target>{_NAME})\s*+(?P<operator>:=|\+=|-=|=(?!=))")
+_CONNECT: Final = re.compile(rf"connect\s++(?P<target>{_NAME})\s++to\s++(?P<topic>[\w./-]++)\s*+")
+_DISCONNECT: Final = re.compile(rf"disconnect\s++(?P<target>{_NAME})\s*+")
 _TRANSITIONS: Final = "|".join(each.value for each in Transition if each is not Transition.SHUTDOWN)
-_CHANGE_STATE: Final = re.compile(rf"(?P<transition>{_TRANSITIONS})(?:\s+(?P<component>{_NAME}))?\s*")
+_CHANGE_STATE: Final = re.compile(rf"(?P<transition>{_TRANSITIONS})(?:\s++(?P<component>{_NAME}))?\s*+")
+_WITHIN: Final = "within"
 
+MAX_TABLE_LENGTH: Final = 10_000
+"""Characters of a rule table."""
 MAX_SHOWN_LENGTH: Final = 200
 ACTION_FORMS: Final = (
     "PARAMETER := VALUE, PARAMETER += VALUE, PARAMETER -= VALUE, each with 'within [LOW, HIGH]' if wanted; "
@@ -70,8 +70,10 @@ def read_table(table: str) -> tuple[RuleText, ...]:
     """Return the rules of a table.
 
     Raises:
-        ValueError: a rule is not well-formed; names its number and text.
+        ValueError: a rule is not well-formed, with its number and text, or the table is too long.
     """
+    if len(table) > MAX_TABLE_LENGTH:
+        raise ValueError(f"the rules have {len(table)} characters: at most {MAX_TABLE_LENGTH}")
     rules = []
     for number, text in enumerate(_parts(table, ";"), start=1):
         if not text:
@@ -108,11 +110,22 @@ def _action(text: str) -> ActionText:
     found = _CHANGE_STATE.fullmatch(text)
     if found:
         return StateText(Transition(found["transition"]), found["component"] or "")
-    found = _SET.fullmatch(text)
-    if found:
-        low, high = ((found[bound] or "").strip() for bound in ("low", "high"))
-        return SetText(found["target"], found["operator"], found["value"].strip(), low, high)
+    found = _SET.match(text)
+    if found and found.end() < len(text):
+        value, low, high = _value_and_bounds(text[found.end() :].strip())
+        return SetText(found["target"], found["operator"], value, low, high)
     raise ValueError(f"'{shown(text)}' is no action; there are: {ACTION_FORMS}")
+
+
+def _value_and_bounds(text: str) -> tuple[str, str, str]:
+    """Return what is set, and the bounds of ``within [LOW, HIGH]`` behind it, empty where there are none."""
+    before, bracket, inside = text.rpartition("[")
+    value, word, blank = before.rpartition(_WITHIN)
+    low, comma, high = inside.removesuffix("]").partition(",")
+    has_bounds = bracket and word and not blank.strip() and value != value.rstrip() and inside.endswith("]")
+    if not has_bounds or not value.strip() or not comma or set(",]") & set(high) or "]" in low or not (low and high):
+        return text, "", ""
+    return value.strip(), low.strip(), high.strip()
 
 
 def _parts(text: str, separator: str) -> list[str]:
