@@ -3,7 +3,8 @@
 A record has the XML of a tree of scripted leaves and how it was ticked. ``exact`` is once a line; ``once`` is until no
 node asked for another tick. Then come the number of the tick in whose place the tree was halted (-1: none), and a line
 for each tick. A line has the result's letter or ``error`` and the stored statuses' letters in order of creation. The
-events of the leaves and the values of the top blackboard follow.
+events of the leaves and the values of the top blackboard follow. An error ends the trace; its line may be the word
+alone, and then states no more.
 """
 
 import json
@@ -108,10 +109,10 @@ def first_mismatch(record: Record) -> Mismatch | None:
     for number, expected in enumerate(record.trace, start=1):
         events.clear()
         got, reason = _step(tree, record, number, events)
-        if expected.root == ERROR and got.root == ERROR:
-            return None
+        if expected == Line(ERROR) and got.root == ERROR:
+            return None  # The record states that there was an error, and no more.
         mismatch = _difference(number, expected, got, reason)
-        if mismatch is not None:
+        if mismatch is not None or got.root == ERROR:
             return mismatch
     return None
 
@@ -172,12 +173,12 @@ def _line(number: int, item: Any) -> Line:
     place = f"line {number} of the trace"
     if not isinstance(item, list) or not item or not isinstance(item[0], str):
         raise BadRecord(f"{place} must be a list that begins with a letter or '{ERROR}'")
-    if item[0] == ERROR:
+    if item == [ERROR]:
         return Line(ERROR)
     if len(item) != 4:
         raise BadRecord(f"{place} must have the result, the statuses, the events and the blackboard; has {len(item)}")
     root, statuses, events, board = item
-    if root not in LETTERS or len(root) != 1:
+    if root != ERROR and (root not in LETTERS or len(root) != 1):
         raise BadRecord(f"{place}: '{root}' is none of the letters {', '.join(LETTERS)}")
     if not isinstance(statuses, str) or not isinstance(events, list) or not isinstance(board, dict):
         raise BadRecord(f"{place}: the statuses must be text, the events a list, the blackboard an object")

@@ -10,11 +10,14 @@ from ..status import FAILURE, RUNNING, SKIPPED, SUCCESS, Status
 class _Branching(Control):
     min_children: ClassVar[int] = 2
     max_children: ClassVar[int | None] = 3
+    resets_before_error: ClassVar[bool] = False
 
     def _tick_condition(self) -> Status:
         status = self.children[0].execute_tick()
         if status == SKIPPED:
             condition = self.children[0].path
+            if self.resets_before_error:
+                self.reset_children()
             raise ValueError(f"its condition '{condition}' was skipped, so neither branch can be chosen")
         return status
 
@@ -59,6 +62,8 @@ class IfThenElse(_Branching):
 
 class WhileDoElse(_Branching):
     """Asks the first child at every tick; ticks the second while it succeeds and the third while it fails."""
+
+    resets_before_error: ClassVar[bool] = True  # as BehaviorTree.CPP does, unlike its IfThenElse
 
     def tick(self) -> Status:
         """Tick the condition, halt the branch that it rules out, and tick the other."""

@@ -63,7 +63,7 @@ class _Ordered(Control):
         super().halt()
 
     def _stop_early(self) -> None:
-        # BehaviorTree.CPP keeps the count of skipped children here: if the parent does not reset the node, it counts on.
+        # BehaviorTree.CPP keeps the count of skipped children here, until the parent resets the node.
         self.reset_each(self.children)
         self._index = 0
 

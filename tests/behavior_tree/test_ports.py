@@ -341,7 +341,7 @@ def test_entry_that_an_untyped_port_named_first_stays_open_until_it_is_written(o
     tree.blackboard.set("k", 1)
     assert entry.type is int
     assert ticks(tree, 1) == "S"
-    with pytest.raises(LoadError, match="is of type .*; it cannot become"):
+    with pytest.raises(LoadError, match=r"is of type .*; it cannot become"):
         load_text(document(f"<Sequence>{typed}{untyped}</Sequence>"), registry())
 
 

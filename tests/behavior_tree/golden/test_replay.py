@@ -52,6 +52,26 @@ def test_exit_code_of_the_command_says_how_it_went(record: Any, code: int, tmp_p
     assert bool(done.stderr) == (code == 2)
 
 
+FAILING = document(f"<Sequence>{leaf('S', 'n')}<Script code='x := 1'/><Script code='y = 1'/></Sequence>")
+FAILED = ["error", "RSSI", ["n:S"], {"x": 1}]
+
+
+@pytest.mark.parametrize(
+    ("line", "what"),
+    [
+        (FAILED, ""),
+        (["error"], ""),
+        (["error", "RSSF", ["n:S"], {"x": 1}], "tick 1: stored statuses: expected RSSF, got RSSI"),
+        (["error", "RSSI", [], {"x": 1}], "tick 1: events: expected [], got ['n:S']"),
+        (["error", "RSSI", ["n:S"], {"x": 2}], 'tick 1: blackboard: expected {"x": 2}, got {"x": 1}'),
+    ],
+)
+def test_what_an_error_leaves_behind_is_compared_as_all_else(line: list[Any], what: str) -> None:
+    record = parse_record(json.dumps({**GOOD, "xml": FAILING, "trace": [line, ["S", "", [], {}]]}))
+    mismatch = first_mismatch(record)
+    assert (str(mismatch) if mismatch else "") == what
+
+
 def test_a_bug_of_the_engine_is_not_the_error_that_a_trace_tells_of(monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(_node: Script) -> int:
         raise TypeError("a slip")

@@ -200,6 +200,14 @@ def test_skipped_children_are_counted_on_while_nobody_resets_the_node(condition:
         tree.tick_exactly_once()
 
 
+@pytest.mark.parametrize(("branching", "stored"), [("WhileDoElse", "RIII"), ("IfThenElse", "RRII")])
+def test_error_of_a_skipped_condition_leaves_behind_what_btcpp_leaves(branching: str, stored: str) -> None:
+    tree = tree_of(xml(f"<{branching}><Sequence>a=K</Sequence>b=R</{branching}>"))
+    with pytest.raises(NodeError, match="was skipped"):
+        tree.tick_exactly_once()
+    assert statuses(tree) == stored
+
+
 def test_skipped_children_are_forgotten_once_the_node_is_reset() -> None:
     inner = "<SequenceWithMemory>a=K b=RK</SequenceWithMemory>"
     tree = tree_of(xml(f"<ReactiveSequence>q?SFS{inner}</ReactiveSequence>"))

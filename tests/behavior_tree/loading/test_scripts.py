@@ -253,7 +253,7 @@ def test_first_assignment_fixes_the_type_for_good(value: Any) -> None:
 
 @pytest.mark.parametrize("script", ["s := s + s", "s += s", "s = s .. s", "t := 'a' .. s", "s == s .. 1"])
 def test_a_text_grows_no_further_than_its_limit(script: str) -> None:
-    with pytest.raises(ScriptError, match="the joined text would have .* characters: at most 100000"):
+    with pytest.raises(ScriptError, match=r"the joined text would have .* characters: at most 100000"):
         run(script, s="x" * 100_000)
     assert len(run("s + 'x'", s="x" * 99_999)) == 100_000
 

@@ -201,7 +201,8 @@ ODD_DEFAULT = """<TreeNodesModel>
 <Action ID="Go">
 <input_port name="reach" type="double" default="std::numeric_limits&lt;double&gt;::infinity()"/>
 <input_port name="goal" type="int" default="{goal}"/><output_port name="left" type="int" default="{=}"/></Action>
-<SubTree ID="T"><input_port name="_collapsed" default="false"/><input_port name="_hidden"/></SubTree></TreeNodesModel>"""
+<SubTree ID="T"><input_port name="_collapsed" default="false"/><input_port name="_hidden"/></SubTree>
+</TreeNodesModel>"""
 
 
 def test_a_default_that_a_model_s_type_cannot_read_is_a_warning_at_the_model() -> None:
