@@ -202,10 +202,11 @@ def test_what_cannot_work_is_refused_at_load_with_its_line(ports: str, complaint
     assert refused.value.node == "adapt"
 
 
-def test_rules_written_by_the_tree_that_make_no_sense_fail_the_tree_and_name_the_rule() -> None:
-    at = bench("AdaptOnStart", 'rules="{rules}"', rules="x := 1")
-    with pytest.raises(NodeError, match=r"'adapt'.*rule 1, 'x := 1'"):
-        at.tick()
+def test_rules_written_by_the_tree_that_make_no_sense_are_rejected_and_named() -> None:
+    at = bench("AdaptOnStart", 'rules="{rules}" outcome="{o}" reason="{r}"', rules="x := 1")
+    assert at.tick() == "RUNNING"
+    assert at.entry("o") == "rejected"
+    assert at.entry("r").startswith("rule 1, 'x := 1'")
     assert not at.node.under_way.busy
 
 

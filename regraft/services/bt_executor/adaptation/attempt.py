@@ -7,8 +7,8 @@ from typing import Any
 from regraft.services.bt_executor.adaptation.dialogue import AttemptSteps
 from regraft.services.bt_executor.adaptation.node import AdaptNode
 from regraft.services.bt_executor.adaptation.port_values.durations import AT_ONCE
-from regraft.services.bt_executor.adaptation.port_values.ports import duration_of, policy_of
-from regraft.services.bt_executor.adaptation.results import POLICY_PORTS, Result
+from regraft.services.bt_executor.adaptation.port_values.terms import BAD_VALUES, Terms, terms_of
+from regraft.services.bt_executor.adaptation.results import POLICY_PORTS, REJECTED, Result
 from regraft.services.bt_executor.leaves.context import Asked
 
 
@@ -26,6 +26,7 @@ class Attempt:
         self._attempt: AttemptSteps | None = None
         self._asked: Asked[Any] | None = None
         self._tries = 0
+        self._terms = Terms()
         self.failed = False
         self.again_at: float | None = None
         self.rests_until = float("-inf")
@@ -56,8 +57,18 @@ class Attempt:
 
     def _try(self) -> None:
         self._tries += 1
-        self._attempt = self._node.attempt()
+        self._attempt = self._steps()
         self._go_on()
+
+    def _steps(self) -> AttemptSteps:
+        """Attempt; what makes no sense in a port is rejected, like any adaptation that cannot be."""
+        self._terms = terms_of(self._node)
+        if self._terms.problem:
+            return Result(REJECTED, self._terms.problem)
+        try:
+            return (yield from self._node.attempt())
+        except BAD_VALUES as error:
+            return Result(REJECTED, str(error))
 
     def _go_on(self) -> None:
         while self._attempt is not None and (self._asked is None or self._asked.done):
@@ -76,10 +87,10 @@ class Attempt:
         self._node.tell(result)
         if result.good:
             if self._node.is_external:
-                self.rests_until = self._node.now() + duration_of(self._node, "settle")
+                self.rests_until = self._node.now() + self._terms.settle
             return
-        self.rests_until = self._node.now() + duration_of(self._node, "retry_after")
-        policy = policy_of(self._node, POLICY_PORTS[result.outcome])
+        self.rests_until = self._node.now() + self._terms.retry_after
+        policy = self._terms.policies[POLICY_PORTS[result.outcome]]
         if self._tries <= policy.retries:
             self.again_at = self.rests_until
         else:

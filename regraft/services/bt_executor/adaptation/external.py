@@ -22,6 +22,7 @@ from regraft.services.bt_executor.adaptation.port_values.ports import (
     locations_of,
     subjects_of,
 )
+from regraft.services.bt_executor.adaptation.port_values.terms import BAD_VALUES
 from regraft.services.bt_executor.adaptation.results import (
     NO_ANSWER,
     OUTCOMES,
@@ -51,6 +52,7 @@ class ExternalStrategy:
         self._meter = UtilityMeter()
         self._owed: dict[str, PlainValue] | None = None
         self._scripts: dict[str, KnowingScript] = {}
+        self._problem = ""
 
     def check(self) -> None:
         """Compile the scripts that the XML gives; raises ValueError."""
@@ -59,9 +61,15 @@ class ExternalStrategy:
                 self._script(self._node.read_port(port))
 
     def measure(self) -> None:
-        """Take a sample of the utility, while the child is at work."""
-        if self._meter.ticket:
-            self._meter.sample(self._node.now(), self._utility())
+        """Take a sample of the utility, while the child is at work; the next attempt is rejected if it makes none."""
+        if not self._meter.ticket:
+            return
+        utility = None
+        try:
+            utility = self._utility()
+        except BAD_VALUES as error:
+            self._problem = str(error)
+        self._meter.sample(self._node.now(), utility)
 
     def pause(self) -> None:
         """Measure nothing until the next sample: the child is not at work."""
@@ -70,6 +78,10 @@ class ExternalStrategy:
     def attempt(self) -> AttemptSteps:
         """Have the planner choose, and its choice carried out."""
         node = self._node
+        if self._problem:
+            problem, self._problem = self._problem, ""
+            return Result(REJECTED, f"utility: {problem}")
+        settle = duration_of(node, "settle")
         condition = node.read_port("condition")
         if isinstance(condition, str) and not self._script(condition).holds():
             return None
@@ -87,7 +99,7 @@ class ExternalStrategy:
         if proposal.ticket and result.good:
             since = proposal.choice.get("measure_from")
             if isinstance(since, bool) or not isinstance(since, int | float):
-                since = node.now() + duration_of(node, "settle")
+                since = node.now() + settle
             self._meter = UtilityMeter(proposal.ticket, since)
         return result
 

@@ -6,8 +6,10 @@ from typing import Any, ClassVar, Final
 
 from behavior_tree import FAILURE, RUNNING, SUCCESS, Input, Node, Status
 from regraft.services.bt_executor.adaptation.decorator import AdaptDecorator
+from regraft.services.bt_executor.adaptation.dialogue import AttemptSteps
 from regraft.services.bt_executor.adaptation.port_values.durations import AT_ONCE
 from regraft.services.bt_executor.adaptation.port_values.ports import duration_of, is_known
+from regraft.services.bt_executor.adaptation.port_values.terms import BAD_VALUES
 from regraft.services.bt_executor.adaptation.results import UNCHANGED, Result
 
 MIN_PERIOD: Final = 0.01
@@ -75,16 +77,37 @@ class AdaptPeriodically(AdaptOnRunning):
 
     def is_time(self) -> bool:
         """Return whether an interval has passed."""
-        return self.now() >= self._last + self._period() - AT_ONCE
+        period = self._readable_period()
+        if period is None:
+            return super().is_time()
+        return self.now() >= self._last + period - AT_ONCE
 
     def on_time(self) -> None:
         """Begin the next interval where this one should have ended, unless that is long over."""
-        due = self._last + self._period()
-        self._last = due if self.now() < due + self._period() else self.now()
+        period = self._readable_period()
+        if period is None:
+            return
+        due = self._last + period
+        self._last = due if self.now() < due + period else self.now()
 
     def next_time(self) -> float | None:
         """Return when the interval ends, or when to try again."""
-        return super().next_time() if self.under_way.busy else self._last + self._period()
+        if self.under_way.busy:
+            return super().next_time()
+        period = self._readable_period()
+        return self.under_way.rests_until if period is None else self._last + period
+
+    def attempt(self) -> AttemptSteps:
+        """Decide, and have it carried out, if the interval makes sense."""
+        self._period()
+        return (yield from super().attempt())
+
+    def _readable_period(self) -> float | None:
+        """Return the interval, None while its port makes no sense: the next attempt is rejected for that."""
+        try:
+            return self._period()
+        except BAD_VALUES:
+            return None
 
     def _period(self) -> float:
         period = duration_of(self, "adaptation_period")

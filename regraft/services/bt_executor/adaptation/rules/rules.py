@@ -148,7 +148,7 @@ class RuleTable:
         if self._subjects and parameter not in self._subjects:
             raise ValueError(f"sets '{parameter}', but adaptation_subject is {';'.join(sorted(self._subjects))}")
         low, high = (KnowingScript(text, self._node) if text else None for text in (action.low, action.high))
-        if low and high and low.is_constant and high.is_constant and low.value() > high.value():
+        if low and high and low.is_constant and high.is_constant and not _in_order(low.value(), high.value()):
             raise ValueError(f"'within [{action.low}, {action.high}]' holds nothing: the lower bound comes first")
         return _Setting(component, parameter, action.operator, KnowingScript(action.value, self._node), low, high)
 
@@ -161,6 +161,11 @@ class RuleTable:
             named = ";".join(self._locations) or "not given"
             raise ValueError(f"'{of_what}' does not name its component, and subject_location is {named}")
         return self._locations[0]
+
+
+def _in_order(low: Any, high: Any) -> bool:
+    are_numbers = isinstance(low, int | float) and isinstance(high, int | float)
+    return are_numbers and low <= high
 
 
 def _check_at_once(actions: Sequence[_Setting | Connect | ChangeState]) -> None:
