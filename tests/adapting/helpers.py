@@ -83,6 +83,8 @@ class FakeContext:
     wakes: int = 0
     names: Names = field(default_factory=Names)
     services: list[str] = field(default_factory=list)
+    published: Architecture | None = None
+    revision: int = 0
 
     def __post_init__(self) -> None:
         self.kit = SimpleNamespace(log=logging.getLogger("adapting"), now=self.clock.now)
@@ -113,6 +115,16 @@ class FakeContext:
         if self.answers:
             self.answer()
         return Asked(waiting, None, self._wake)
+
+    def know_revision(self, revision: int) -> None:
+        self.revision = revision
+
+    def published_architecture(self) -> Architecture | None:
+        return self.published if self.published and self.published.revision >= self.revision else None
+
+    def publish(self) -> None:
+        """Publish the architecture as it is now."""
+        self.published = self.architecture
 
     def _wake(self) -> None:
         self.wakes += 1

@@ -140,6 +140,33 @@ def test_a_default_that_a_model_cannot_mean_is_a_warning_at_the_model_s_line(fil
     assert f"warning: {models}:3: the default of port 'reach'" in result.output
 
 
+ADAPT = '<AdaptOnStart name="a" rules="n.x := 1">{}</AdaptOnStart>'
+
+
+@pytest.mark.parametrize(
+    ("body", "parent"),
+    [
+        ("<ReactiveSequence name='r'>{a}<Sleep msec='9'/></ReactiveSequence>", "'r' (ReactiveSequence)"),
+        ("<ReactiveFallback><Inverter>{a}</Inverter><Sleep msec='9'/></ReactiveFallback>", "(ReactiveFallback)"),
+        ("<WhileDoElse><Sequence>{a}</Sequence><Sleep msec='9'/></WhileDoElse>", "(WhileDoElse)"),
+        ("<ReactiveSequence><Sleep msec='9'/>{a}</ReactiveSequence>", ""),
+        ("<ReactiveSequence><RunOnce>{a}</RunOnce><Sleep msec='9'/></ReactiveSequence>", ""),
+        ("<ReactiveSequence>{slow}<Sleep msec='9'/></ReactiveSequence>", ""),
+        ("<WhileDoElse><AlwaysSuccess/>{a}</WhileDoElse>", ""),
+        ("<Sequence>{a}<Sleep msec='9'/></Sequence>", ""),
+    ],
+)
+def test_decorators_that_adapt_at_each_tick_are_warned_of(file: Path, body: str, parent: str) -> None:
+    at_once, slow = ADAPT.format("<AlwaysSuccess/>"), ADAPT.format("<Sleep msec='9'/>")
+    file.write_text(tree(body.format(a=at_once, slow=slow)))
+    result = checked(file)
+    assert result.exit_code == 0
+    assert ("AdaptOnStart 'a' adapts at each tick" in result.output) == bool(parent)
+    assert parent in result.output
+    if parent:
+        assert f"warning: {file}:2: " in result.output
+
+
 def test_a_model_of_somebody_else_s_node_goes_before_ours_of_the_same_name(file: Path) -> None:
     file.write_text(tree('<Detect service_name="/detect_object" objects="{objects}"/>'))
     assert checked(file).exit_code == 2

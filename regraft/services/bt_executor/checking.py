@@ -30,6 +30,7 @@ from behavior_tree.xml.document import Element, parse_document
 from behavior_tree.xml.encoding import decode
 from regraft import Kit
 from regraft.component.component import describe
+from regraft.services.bt_executor.adaptation.reactive_parents import repeated_adaptations
 from regraft.services.bt_executor.executor import Executor
 from regraft.services.bt_executor.leaves.context import LeafContext
 from regraft.services.bt_executor.node_types import NODE_TYPES, node_types
@@ -154,7 +155,8 @@ def _outcome(made: Callable[[], Tree], file: Path) -> Report | Finding:
 
 def _right(tree: Tree) -> Report:
     check_size(tree)
-    return Report((), tree.warnings, tree.tree_id, len(tree.nodes))
+    warnings = (*tree.warnings, *repeated_adaptations(tree))
+    return Report((), warnings, tree.tree_id, len(tree.nodes))
 
 
 def _finding(error: TreeError, file: Path) -> Finding:

@@ -37,6 +37,7 @@ from regraft.bus_schema.messages.mission import (
 from regraft.bus_schema.messages.power import BatteryState
 from regraft.bus_schema.messages.reflection import ReflectedEntries
 from regraft.bus_schema.messages.sensors import LightLevel
+from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.description import Resources
 from regraft.services.bt_executor.blackboard_feed import REFLECTED, BlackboardFeed, Reflected
 from regraft.services.bt_executor.boards import BoardRefusal, read_board, summary, write_board
@@ -87,6 +88,9 @@ class Executor(Component):
     system_status = Input(SystemStatus, latest_only=True, required=False, description="for {@problems}")
     reflection = Input(
         ReflectedEntries, latest_only=True, required=False, description="for the entries that the stack maps"
+    )
+    architecture = Input(
+        Architecture, latest_only=True, required=False, description="for adapt decorators: whether all is as they want"
     )
     status = Output(MissionStatus, topic="mission", description="the mission, once a second and when its state changes")
     transitions = Output(

@@ -95,6 +95,8 @@ class ExternalStrategy:
         except BadMessage as error:
             return Result(REJECTED, str(error))
         self._owed = None
+        if proposal.report is not None:
+            node.context.know_revision(proposal.report.revision_after)
         result = _result(proposal)
         if proposal.ticket and result.good:
             since = proposal.choice.get("measure_from")

@@ -52,6 +52,7 @@ class InternalPlan:
         self._table: RuleTable | None = None
         self._table_of: tuple[Any, ...] = ()
         self._architecture: Architecture | None = None
+        self._published: Architecture | None = None
         self._known_at = 0.0
         self._was_read = False
 
@@ -65,7 +66,7 @@ class InternalPlan:
     def current(self, component: str, parameter: str) -> PlainValue:
         """Return what a parameter should be; raises NotKnown, Impossible."""
         self._was_read = True
-        return current_value(self._known(), self._node.context.names.component(component), parameter)
+        return current_value(self._published or self._known(), self._node.context.names.component(component), parameter)
 
     def forget(self) -> None:
         """Ask for the architecture before the next decision."""
@@ -83,7 +84,9 @@ class InternalPlan:
             return Result(REJECTED, str(error))
 
     def _pursued(self, asker: Asker) -> AttemptSteps:
-        result = None
+        is_settled, result = self._by_topic()
+        if is_settled:
+            return result
         for _ in range(MAX_TURNS):
             fired = yield from self._decided(asker)
             if fired is None or not fired.desired:
@@ -97,10 +100,30 @@ class InternalPlan:
             request = self._request(changes, fired.rule, architecture.revision if depends else None)
             self.forget()
             report = yield from asker.ask(SHARED + ADAPT, request, AdaptationReport, self._node.now())
+            self._node.context.know_revision(report.revision_after)
             result = reported(report)
             if not _is_stale(report):
                 break
         return result
+
+    def _by_topic(self) -> tuple[bool, Result | None]:
+        """Return whether nothing is to be done, by the architecture's topic, and the result: nobody is asked then.
+
+        What is to be changed is decided again, by the architecture as the manager has it.
+        """
+        self._published = self._node.context.published_architecture()
+        if self._published is None:
+            return False, None
+        try:
+            fired = self._wanted()
+            if fired is None or not fired.desired:
+                return True, None
+            changes = resolved(tuple(map(self._in_system, fired.desired)), self._published)
+            return (False, None) if changes else (True, Result(UNCHANGED))
+        except Impossible:
+            return False, None
+        finally:
+            self._published = None
 
     def _in_system(self, desired: DesiredChange) -> DesiredChange:
         names = self._node.context.names
@@ -162,6 +185,7 @@ class InternalPlan:
             now = self._node.now()
             self._architecture = yield from asker.ask(SHARED + ARCHITECTURE, ArchitectureRequest(), Architecture, now)
             self._known_at = self._node.now()
+            self._node.context.know_revision(self._architecture.revision)
 
 
 def _is_stale(report: AdaptationReport) -> bool:

@@ -149,6 +149,9 @@ class AdaptOnAnyStatus(_AdaptOnResult):
     results = (SUCCESS, FAILURE)
 
 
+RESTARTING: Final = (AdaptOnStart, _AdaptOnResult)
+"""Those that adapt each time the child starts or completes."""
+
 ADAPT_DECORATORS: Final[tuple[type[AdaptDecorator], ...]] = (
     AdaptOnAnyStatus,
     AdaptOnFailure,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from regraft import CallFailed, Future, Goal
 from regraft.bus_schema.messages.quality import Quality
+from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.robots.scoped_changes import Names
 from regraft.services.bt_executor.quality.latest_qualities import LatestQualities
 from regraft.services.bt_executor.quality.publisher import QualityPublisher
@@ -72,6 +73,7 @@ class LeafContext:
         self.kit = kit
         self.qualities = LatestQualities()
         self._wake = wake
+        self._revision = 0
         self._announcer = QualityPublisher(lambda quality: self.kit.report_quality(quality))
 
     def call(self, service: str, request: object, reply: type[A], *, timeout: float) -> Asked[A]:
@@ -94,6 +96,15 @@ class LeafContext:
         """Take the latest of a quality requirement; it goes out to the bus when it has changed."""
         self.qualities.write(quality)
         self._announcer.tell(quality)
+
+    def know_revision(self, revision: int) -> None:
+        """Note the architecture's revision, as the adaptation manager has just answered."""
+        self._revision = revision
+
+    def published_architecture(self) -> Architecture | None:
+        """Return the architecture by its topic; None if nobody publishes it, or an answer has shown it to be older."""
+        published: Architecture | None = self.latest("architecture")
+        return published if published is not None and published.revision >= self._revision else None
 
     def check_input(self, name: str) -> None:
         """Make sure that the executor has an input; raises NoSuchInput."""
