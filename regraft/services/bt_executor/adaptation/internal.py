@@ -109,7 +109,7 @@ class InternalPlan:
     def _by_topic(self) -> tuple[bool, Result | None]:
         """Return whether nothing is to be done, by the architecture's topic, and the result: nobody is asked then.
 
-        What is to be changed is decided again, by the architecture as the manager has it.
+        A change is decided again, by the architecture as the manager has it.
         """
         self._published = self._node.context.published_architecture()
         if self._published is None:
