@@ -336,3 +336,45 @@ def test_a_mission_of_one_robot_among_several_names_its_own_components_and_plann
             },
         ]
     )
+
+
+class Options:
+    """Proposals that differ in what they choose."""
+
+    def __init__(self, *options: dict[str, Any] | None, outcome: str = "applied") -> None:
+        self.options = list(options)
+        self.outcome = outcome
+
+    def pop(self, _: int) -> Proposal:
+        option = self.options.pop(0)
+        choice: dict[str, Any] = {"outcome": self.outcome, "option": option, "why": f"number {len(self.options)}"}
+        return Proposal("t", (), choice, "")
+
+
+CHOSEN = 'choice="{c}" option="{m}" why="{w}"'
+
+
+@pytest.mark.parametrize("outcome", ["applied", "unchanged", "rejected"])
+def test_the_tree_can_read_which_option_was_chosen(outcome: str) -> None:
+    context = FakeContext()
+    first, second = {"n.speed": 0.18}, {"n.speed": 1, "d.image": "camera/image", "lamp.on": True}
+    context.proposals = Options(first, second, None, outcome=outcome)  # type: ignore[assignment]
+    ports = f'{EVERY_3_S} {CHOSEN} settle="0s" retry_after="0s"'
+    at = bench("AdaptPeriodically", ports, context=context)
+    seen = []
+    for _ in range(3):
+        at.ticks(31)
+        seen.append((at.entry("c"), at.entry("m"), at.entry("w")))
+    assert seen == [
+        ("0.18", first, "number 2"),
+        ("1 | camera/image | true", second, "number 1"),
+        ("", {}, "number 0"),
+    ]
+
+
+def test_a_script_may_compare_the_choice_with_a_number() -> None:
+    context = FakeContext()
+    context.proposals = Options({"n.speed": 0.18})  # type: ignore[assignment]
+    at = bench("AdaptOnStart", f'{UCB} {CHOSEN} _onSuccess="fast := c &gt; 0.15"', "SUCCESS", context=context)
+    assert at.end()[-1] == "SUCCESS"
+    assert at.entry("fast") == 1.0

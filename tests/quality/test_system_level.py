@@ -134,3 +134,12 @@ def test_a_class_sees_the_tasks_by_their_paths() -> None:
     assert (field.quality("W").degree, field.quality("W").satisfied) == (0.25, False)
     (worst,) = [node for node in field.tree.nodes if isinstance(node, Worst)]
     assert list(worst.gathered()) == ["A", "B"]
+
+
+@pytest.mark.parametrize(("combine", "metric"), [("sum", 0.0), ("mean", None), ("min", None), ("max", None)])
+def test_the_sum_over_no_task_is_zero_and_other_combinations_are_unknown(combine: str, metric: float | None) -> None:
+    done = task("<Spelt script='K'/>", "A", value="7")
+    field = Field(system(both(done, RUNS), combine=combine, at_most="8", metric="{m}"))
+    field.tick()
+    assert field.get("m") == metric
+    assert field.quality("SYS").satisfied is (True if metric == 0.0 else None)

@@ -230,3 +230,31 @@ def test_a_script_that_asks_the_status_first_never_meets_an_empty_metric() -> No
     assert field.tick() == "R"
     field.put("speed", 0.05)
     assert field.tick() == "R"
+
+
+@pytest.mark.parametrize(("script", "letter"), [("S", "S"), ("F", "F")])
+def test_a_child_that_is_done_in_one_tick_is_measured(script: str, letter: str) -> None:
+    child = f"<Spelt script='{script}'/>"
+    field = Field(
+        task(child, value="{speed}", at_least="2", metric="{m}", mean_metric="{mean}", out_status="{o}"),
+        board={"speed": 3.0},
+    )
+    assert field.tick() == letter
+    assert (field.get("m"), field.get("mean"), field.get("o")) == (3.0, 3.0, "satisfied")
+    told = field.quality("QR")
+    assert (told.metric, told.satisfied, told.active) == (3.0, True, False)
+    field.put("speed", 1.0)
+    field.tick(1.0)
+    assert (field.get("m"), field.get("o")) == (1.0, "violated")
+
+
+def test_a_last_metric_goes_before_the_measure_of_a_run_of_one_tick() -> None:
+    field = Field(task("<Spelt script='S'/>", value="5", measure="integral", metric="{m}"))
+    field.tick()
+    assert field.get("m") == 0.0
+
+
+def test_a_run_of_one_tick_without_data_is_unknown() -> None:
+    field = Field(task("<Spelt script='S'/>", value="{speed}", metric="{m}", out_status="{o}"))
+    assert field.tick() == "S"
+    assert (field.get("m"), field.get("o")) == (None, "unknown")

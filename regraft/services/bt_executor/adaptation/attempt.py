@@ -84,6 +84,8 @@ class Attempt:
     def _ended(self, result: Result | None) -> None:
         if result is None:
             return
+        if result.choice is not None:
+            self._node.tell_choice(result.choice)
         self._node.tell(result)
         if result.good:
             if self._node.is_external:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from behavior_tree import FAILURE, RUNNING, Node, NodeSetup, Status
 from regraft.bus_schema.annotations import PlainValue
 from regraft.services.bt_executor.adaptation.attempt import Attempt
@@ -9,6 +11,7 @@ from regraft.services.bt_executor.adaptation.dialogue import AttemptSteps
 from regraft.services.bt_executor.adaptation.external import ExternalStrategy
 from regraft.services.bt_executor.adaptation.internal import InternalPlan
 from regraft.services.bt_executor.adaptation.node import AdaptNode
+from regraft.services.bt_executor.adaptation.port_values.options import option_text
 from regraft.services.bt_executor.adaptation.port_values.ports import check_ports
 from regraft.services.bt_executor.adaptation.results import Result
 from regraft.services.bt_executor.leaves.asking_leaf import write_if_connected
@@ -69,6 +72,15 @@ class AdaptDecorator(AdaptNode):
     def attempt(self) -> AttemptSteps:
         """Decide, and have it carried out."""
         return self._external.attempt() if self.is_external else self._internal.attempt()
+
+    def tell_choice(self, choice: Mapping[str, PlainValue]) -> None:
+        """Report what a planner has chosen; without an option the ports are empty."""
+        option = choice.get("option")
+        chosen = option if isinstance(option, dict) else {}
+        write_if_connected(self, "choice", " | ".join(map(option_text, chosen.values())))
+        write_if_connected(self, "option", dict(chosen))
+        why = choice.get("why")
+        write_if_connected(self, "why", why if isinstance(why, str) else "")
 
     def tell(self, result: Result) -> None:
         """Report how an adaptation ended."""

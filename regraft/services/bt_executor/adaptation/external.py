@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Final
 
 from regraft import CallFailed
@@ -97,7 +98,7 @@ class ExternalStrategy:
         self._owed = None
         if proposal.report is not None:
             node.context.know_revision(proposal.report.revision_after)
-        result = _result(proposal)
+        result = replace(_result(proposal), choice=proposal.choice)
         if proposal.ticket and result.good:
             since = proposal.choice.get("measure_from")
             if isinstance(since, bool) or not isinstance(since, int | float):

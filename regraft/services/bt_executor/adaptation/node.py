@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from behavior_tree import Decorator, Input, NodeSetup, Output
+from regraft.bus_schema.annotations import PlainValue
 from regraft.services.bt_executor.adaptation.dialogue import AttemptSteps
 from regraft.services.bt_executor.adaptation.port_values.ports import FOR_PLANNERS, locations_of, subjects_of
 from regraft.services.bt_executor.adaptation.results import Result
@@ -42,6 +44,9 @@ class AdaptNode(Decorator):
     on_no_answer = Input(str, default="ignore", description="the same, if nobody answered in time")
     outcome = Output(str, description="how the last adaptation ended")
     reason = Output(str, description="why it came to nothing; empty if it did not")
+    choice_port = Output(str, name="choice", description="a planner's last choice: 0.18, of several subjects 0.18 | 1")
+    option_port = Output(dict, name="option", description="the same by name, as in {'navigator.max_velocity': 0.18}")
+    why_port = Output(str, name="why", description="why the planner chose it")
 
     def __init__(self, setup: NodeSetup, context: LeafContext) -> None:
         """Act in the system of ``context``."""
@@ -85,6 +90,10 @@ class AdaptNode(Decorator):
 
     def attempt(self) -> AttemptSteps:
         """Decide, and have it carried out."""
+        raise NotImplementedError
+
+    def tell_choice(self, choice: Mapping[str, PlainValue]) -> None:
+        """Report what a planner has chosen, also if that could not be applied, or is in force already."""
         raise NotImplementedError
 
     def tell(self, result: Result) -> None:

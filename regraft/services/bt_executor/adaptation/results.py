@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
 from regraft import CallFailed
+from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.protocol.requests import Answer
 from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome
 
@@ -34,11 +36,15 @@ POLICY_PORTS: Final = {
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """The outcome as one of ``OUTCOMES``, the reason if it is not a good one, and any report."""
+    """The outcome as one of ``OUTCOMES``, the reason if it is not a good one, and any report.
+
+    ``choice`` is a planner's, None if no planner was asked.
+    """
 
     outcome: str
     reason: str = ""
     report: AdaptationReport | None = None
+    choice: Mapping[str, PlainValue] | None = None
 
     @property
     def applied(self) -> bool:

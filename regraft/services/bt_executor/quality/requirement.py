@@ -38,7 +38,8 @@ class QualityRequirement(Decorator):
 
     A requirement never changes what its child does or returns: it ticks the child once and returns its status. While
     the child is RUNNING the requirement is measured, after the child's tick; when the child completes, `on_end` may
-    give a last metric. A failure while measuring is no error of the tree: the quality is then unknown, and reports why.
+    give a last metric. A child that completes in its first tick is measured once, then. A failure while measuring is no
+    error of the tree: the quality is then unknown, and reports why.
 
     The mean is over time, see `MeanOverTime`: from the loading of the tree on, over the seconds in which the child was
     running and the metric known. While the metric is unknown, the entry of its port is empty, so no decision uses an
@@ -89,6 +90,7 @@ class QualityRequirement(Decorator):
         self.told_attribute = self.attribute
         self._mean = MeanOverTime()
         self._start_failed = ""
+        self._is_measured = False
         self._data_keys: tuple[str, ...] | None = None
 
     # --- for authors ---
@@ -109,7 +111,11 @@ class QualityRequirement(Decorator):
         """Prepare for a run of the child; called before its first tick."""
 
     def measure(self) -> float | None:
-        """Return the metric, None to keep the last one; called after each tick that left the child RUNNING."""
+        """Return the metric, None if there is nothing to measure.
+
+        It is called after each tick that left the child RUNNING, and after a first tick in which the child completed
+        without a metric of `on_end`.
+        """
         raise NotImplementedError(f"{type(self).__name__} does not implement measure()")
 
     def on_end(self, status: Status) -> float | None:
@@ -184,6 +190,7 @@ class QualityRequirement(Decorator):
         elif status == RUNNING:
             if not self.is_active:
                 self._begin()
+            self._is_measured = True
             self._take(self._observed(self.measure))
         elif self.is_active:
             self._end(status)
@@ -206,6 +213,7 @@ class QualityRequirement(Decorator):
 
     def _begin(self) -> None:
         self.is_active = True
+        self._is_measured = False
         self._start_failed = ""
         try:
             self.on_start()
@@ -213,10 +221,17 @@ class QualityRequirement(Decorator):
             self._start_failed = explained(error)
 
     def _end(self, status: Status) -> None:
-        if type(self).on_end is not QualityRequirement.on_end:
+        if not self._is_measured:
+            self._take(self._observed(lambda: self._only_metric(status)), is_last=True)
+        elif type(self).on_end is not QualityRequirement.on_end:
             self._take(self._observed(lambda: self.on_end(status), kept=self.verdict.metric), is_last=True)
         else:
             self._leave()
+
+    def _only_metric(self, status: Status) -> float | None:
+        """Return the metric of a run that was over in one tick."""
+        last = self.on_end(status)
+        return self.measure() if last is None else last
 
     def _leave(self) -> None:
         """Stop being active, with what is known."""

@@ -85,8 +85,9 @@ def _weighted_mean(metrics: Sequence[tuple[float, float]]) -> float:
     return sum(metric * weight for metric, weight in metrics) / weights
 
 
+SUM: Final = "sum"
 COMBINATIONS: Final[Mapping[str, Callable[[Sequence[tuple[float, float]]], float]]] = {
-    "sum": lambda metrics: sum(metric for metric, _ in metrics),
+    SUM: lambda metrics: sum((metric for metric, _ in metrics), 0.0),
     "mean": lambda metrics: sum(metric for metric, _ in metrics) / len(metrics),
     "min": lambda metrics: min(metric for metric, _ in metrics),
     "max": lambda metrics: max(metric for metric, _ in metrics),
@@ -96,13 +97,13 @@ COMBINATIONS: Final[Mapping[str, Callable[[Sequence[tuple[float, float]]], float
 
 
 def combined(metrics: Sequence[tuple[float, float]], how: str) -> float:
-    """Return one number for (metric, weight) pairs, in one of the `COMBINATIONS`.
+    """Return one number for (metric, weight) pairs, in one of the `COMBINATIONS`; the sum of none is 0.
 
     Raises:
-        Unknown: there is nothing to combine, or no such way.
+        Unknown: there is nothing of which a mean, least or greatest could be taken, or no such way.
     """
     if how not in COMBINATIONS:
         raise Unknown(f"'{how}' is no way to combine metrics; use one of {', '.join(COMBINATIONS)}")
-    if not metrics:
+    if not metrics and how != SUM:
         raise Unknown("no requirement is active below, so there is nothing to combine")
     return COMBINATIONS[how](metrics)

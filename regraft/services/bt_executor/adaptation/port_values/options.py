@@ -71,3 +71,8 @@ def _value(text: str) -> PlainValue:
         return text
     except RecursionError:
         raise ValueError("adaptation_options has an option that is nested too deeply") from None
+
+
+def option_text(value: PlainValue) -> str:
+    """Return an option's value as the port ``adaptation_options`` would have it."""
+    return value if isinstance(value, str) else json.dumps(value)
