@@ -50,7 +50,8 @@ def test_a_value_that_makes_no_sense_rejects_the_adaptation_and_states_why(
     assert at.ticks(3) == ["RUNNING"] * 3
     assert at.entry("o") == "rejected"
     assert reason in at.entry("r")
-    assert at.context.adaptations == at.context.proposed == []
+    assert at.context.adaptations == []
+    assert at.context.proposed == []
     assert at.child.ticks == 3
     at.tree.halt_tree()
     assert at.idle

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from behavior_tree import ManualClock, Tree, load_text
+from behavior_tree import RUNNING, SUCCESS, ManualClock, Tree, load_text
 from regraft.bus_schema.messages.mission import Command, MissionState
 from regraft.bus_schema.model.adaptation import Outcome
 from regraft.services.bt_executor.adaptation import AdaptOnRunning, SetParameters
@@ -26,7 +26,7 @@ def reactive(node_type: str, context: FakeContext, ports: str = SPEED) -> tuple[
     loaded = load_text(xml, registry(context), clock=context.clock)
     work = loaded.node("work")
     assert isinstance(work, Scripted)
-    work.statuses = [1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 2]
+    work.statuses = [RUNNING] * 11 + [SUCCESS]
     return loaded, work
 
 
@@ -41,9 +41,9 @@ def test_a_long_action_next_to_an_adapted_condition_comes_to_its_end(node_type: 
         seen.append(loaded.tick_once(20))
         context.answer()
         context.publish()
-        if seen[-1] != 1:
+        if seen[-1] != RUNNING:
             break
-    assert seen[-1] == 2
+    assert seen[-1] == SUCCESS
     assert (work.starts, work.halts) == (1, 0)
     assert context.asked_for == [{"max_velocity": 0.1}]
 

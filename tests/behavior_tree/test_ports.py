@@ -20,6 +20,7 @@ from behavior_tree import (
     RegistryError,
     Status,
     SyncAction,
+    Tree,
     load_text,
 )
 from behavior_tree.data.values import parse_real
@@ -330,16 +331,20 @@ def test_unset_blackboard_removes_an_entry() -> None:
     assert tree.blackboard.dump() == {}
 
 
+def type_of_entry(tree: Tree, key: str) -> Any:
+    entry = tree.blackboard.find(key)
+    assert entry is not None
+    return entry.type
+
+
 @pytest.mark.parametrize("order", [("whole", "flag"), ("flag", "whole")])
 def test_entry_that_an_untyped_port_named_first_stays_open_until_it_is_written(order: tuple[str, str]) -> None:
     untyped, (first, second) = '<SetBlackboard value="{k}" output_key="c"/>', order
     typed = f'<Probe {first}="{{k}}"/><Probe {second}="{{k}}"/>'
     tree = load_text(document(f"<Sequence>{untyped}{typed}</Sequence>"), registry())
-    entry = tree.blackboard.find("k")
-    assert entry is not None
-    assert entry.type is None
+    assert type_of_entry(tree, "k") is None
     tree.blackboard.set("k", 1)
-    assert entry.type is int
+    assert type_of_entry(tree, "k") is int
     assert ticks(tree, 1) == "S"
     with pytest.raises(LoadError, match=r"is of type .*; it cannot become"):
         load_text(document(f"<Sequence>{typed}{untyped}</Sequence>"), registry())

@@ -113,8 +113,8 @@ class QualityRequirement(Decorator):
     def measure(self) -> float | None:
         """Return the metric, None if there is nothing to measure.
 
-        It is called after each tick that left the child RUNNING, and after a first tick in which the child completed
-        without a metric of `on_end`.
+        It is called after each tick that left the child RUNNING. Where the child completed in its first tick, it is
+        called if `on_end` has no metric.
         """
         raise NotImplementedError(f"{type(self).__name__} does not implement measure()")
 
