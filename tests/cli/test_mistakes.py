@@ -98,6 +98,7 @@ WRONG: dict[str, list[tuple[str, str]]] = {
         ("rounds=1e400", "rounds: 1e400 is"),
         ("rounds", "name=value"),
     ],
+    "FILE...": [("nowhere", "nowhere")],
     "PAGE...": [("nowhere", "nowhere")],
     "STUDY": [("frog-architectur", "did you mean 'frog-architecture'?")],
     "SYSTEM": [],
@@ -105,6 +106,12 @@ WRONG: dict[str, list[tuple[str, str]]] = {
     "FOLDER": [],
 }
 """Its mistyped forms, with what is told then. A system that does not run is no mistake: exit code 3."""
+
+NEEDED: dict[tuple[str, ...], tuple[str, ...]] = {
+    ("evaluate", "join"): ("--out", "joined.csv"),
+    ("skills", "generate"): ("--out", "generated"),
+}
+"""Options without which a command is not complete."""
 
 LISTS = (
     "ps",
@@ -237,7 +244,7 @@ def generated() -> Iterator[tuple[tuple[str, ...], str]]:
                 right = RIGHT | {"FILE": "proposal"} if names == PROPOSE else RIGHT
                 words = [wrong if index == at else right.get(other, "") for index, other in enumerate(places)]
                 words = [word for index, word in enumerate(words) if word or index <= at]
-                yield (*names, *words), told
+                yield (*names, *words, *NEEDED.get(names, ())), told
 
 
 def mistyped(robot: System, *words: str) -> Done:

@@ -150,8 +150,10 @@ STRATEGY = (
 @pytest.mark.parametrize(
     ("ports", "told"),
     [
-        (f'rules="{"(" * 50_000}1{")" * 50_000} : a.b := 1"', "nested too deeply"),
-        (STRATEGY.replace("0.1;0.2", "[" * 50_000), "nested too deeply"),
+        (f'rules="{"(" * 4_000}1{")" * 4_000} : a.b := 1"', "nested too deeply"),
+        (f'rules="{"(" * 50_000}1{")" * 50_000} : a.b := 1"', "characters: at most 10000"),
+        (STRATEGY.replace("0.1;0.2", "[" * 9_000), "nested too deeply"),
+        (STRATEGY.replace("0.1;0.2", "[" * 50_000), "characters: at most 10000"),
         ('rules="a.b := 1, a.b := 2"', "a.b is to become two things"),
         ('rules="a.b += 1, a.b := 2"', "a.b is to become two things"),
         ('rules="connect a.b to c, connect a.b to d"', "a.b is to become two things"),
