@@ -76,6 +76,13 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
     return Installed(wheel, folder)
 
 
+def test_the_wheel_has_every_file_that_the_packages_read(installed: Installed) -> None:
+    files = [file for name in ("behavior_tree", "regraft") for file in (ROOT / name).rglob("*") if file.is_file()]
+    read = {file.relative_to(ROOT).as_posix() for file in files if file.suffix not in (".md", ".pyc")}
+    with zipfile.ZipFile(installed.wheel) as wheel:
+        assert read - set(wheel.namelist()) == set()
+
+
 def test_it_takes_two_names_and_no_more(installed: Installed) -> None:
     with zipfile.ZipFile(installed.wheel) as archive:
         tops = {name.partition("/")[0] for name in archive.namelist()}
