@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -20,6 +21,20 @@ MAX_KEY_LENGTH = 1024
 MAX_SHOWN_LENGTH = 40
 
 PLAIN_TAGS = frozenset(f"tag:yaml.org,2002:{kind}" for kind in ("str", "seq", "map"))
+
+
+class _ShallowLoader(yaml.BaseLoader):
+    """Gives deep nesting up early, however deeply Python lets functions call each other."""
+
+    depth = 0
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        self.depth += 1
+        if self.depth > 2 * DEEPEST:
+            raise RecursionError
+        node = super().compose_node(parent, index)
+        self.depth -= 1
+        return node
 
 
 def read_document(file: Path) -> tuple[Node, Report]:
@@ -39,7 +54,7 @@ def read_map(file: Path, fields: str = "fields such as 'system' and 'components'
 def parse(text: str, file: str) -> Node:
     """Return what YAML text means; problems name ``file``; raises StackError."""
     try:
-        root = yaml.compose(text, Loader=yaml.BaseLoader)
+        root = yaml.compose(text, Loader=_ShallowLoader)
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, error.position) + 1
         fail(file, line, f"holds the character U+{ord(text[error.position]):04X}, which YAML does not allow")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -130,6 +131,12 @@ def test_alias_to_what_holds_it_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["[" * 100_000, "a: " + "{b: " * 5_000, "- " * 100_000])
-def test_deep_nesting_is_refused(tmp_path: Path, text: str) -> None:
-    (problem,) = problems(tmp_path, text)
+@pytest.mark.parametrize("limit", [None, 20_000])
+def test_deep_nesting_is_refused_whatever_limit_python_has(tmp_path: Path, text: str, limit: int | None) -> None:
+    usual = sys.getrecursionlimit()
+    sys.setrecursionlimit(limit or usual)
+    try:
+        (problem,) = problems(tmp_path, text)
+    finally:
+        sys.setrecursionlimit(usual)
     assert problem.problem.startswith("is nested too deeply")
