@@ -34,7 +34,7 @@ LEVELS = (ONTOLOGIES / "tomasys.owl", ONTOLOGIES / "mros.owl", ONTOLOGIES / "nav
 class KnowledgeBase:
     """The content of the files, and all that follows from it.
 
-    ``facts`` are in the one vocabulary of statuses. ``disjoint`` and ``functional`` are what conclusions must obey.
+    ``facts`` are in the one vocabulary of statuses. ``axioms`` are what conclusions must obey.
     """
 
     documents: tuple[Document, ...]
