@@ -185,7 +185,7 @@ class ExplanationQuery:
 @message("regraft/Explanation")
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """What spoke for and against each realization in the latest decision, as text and as plain data."""
+    """The reasons for and against each realization in the latest decision, as text and as plain data."""
 
     objective: Name
     stamp: Seconds
