@@ -40,6 +40,17 @@ class Resting:
         self._longest = longest
         self._rests: dict[tuple[str, str], Rest] = {}
 
+    @classmethod
+    def restored(cls, rests: Iterable[Rest], first: float = FIRST, longest: float = LONGEST) -> Resting:
+        """Return what ``every`` returned of an earlier run."""
+        found = cls(first, longest)
+        found._rests = {(rest.design, rest.objective): rest for rest in rests}
+        return found
+
+    def every(self) -> tuple[Rest, ...]:
+        """Return all rests, those that are over included: the next of the same design is longer."""
+        return tuple(self._rests.values())
+
     def add(
         self, design: str, objective: str, now: float, blamed: Collection[str] = (), why: str = "it failed"
     ) -> Rest:

@@ -1,0 +1,1 @@
+"""The control loop of a metacontroller: objectives, monitoring, modes of the stack, cycles."""

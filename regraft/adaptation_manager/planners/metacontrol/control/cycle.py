@@ -1,0 +1,168 @@
+"""One cycle of the loop: decide, and have the adaptation manager carry it out; what fails rests, the next is tried."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from regraft import Kit, State
+from regraft.adaptation_manager.planners.manager_client import AdaptationOrder, CarriedOut, Manager
+from regraft.adaptation_manager.planners.metacontrol.control import outcomes
+from regraft.adaptation_manager.planners.metacontrol.control.deciding import Decided, changed
+from regraft.adaptation_manager.planners.metacontrol.control.designs import DesignMode, Designs
+from regraft.adaptation_manager.planners.metacontrol.control.proposing import choice_of
+from regraft.adaptation_manager.planners.metacontrol.control.state import ControlState, Settings
+from regraft.adaptation_manager.planners.metacontrol.control.transaction import changes_to, in_force
+from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Objective
+from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
+from regraft.bus_schema.messages.management.system import SystemStates
+from regraft.bus_schema.messages.planning import Proposal
+from regraft.bus_schema.model.adaptation import MAX_CONTEXT_SIZE, Change, plain_size
+from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.lifecycle import PRIMARY, is_lower
+
+MAX_TRIES: Final = 8
+"""Adaptations that one cycle tries at the most."""
+
+
+class ReasonerFailed(Exception):
+    """The analyse or plan step raised; the text is why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Waits:
+    """Seconds for which the adaptation manager may take to show the architecture, and to adapt."""
+
+    answer: float
+    adapt: float
+
+
+class Cycle:
+    """The way from a decision to what is in force. ``notify`` is called when clients have something to see."""
+
+    def __init__(self, kit: Kit, state: ControlState, notify: Callable[[], None]) -> None:
+        self._kit = kit
+        self._state = state
+        self._notify = notify
+        self._manager = Manager(kit)
+        self._fallen: frozenset[str] = frozenset()
+        self.trouble = ""
+        self.latest: CarriedOut | None = None
+        self.reasoning_time = 0.0
+
+    async def run(self, settings: Settings, waits: Waits, states: SystemStates | None, *, keep: bool) -> None:
+        """Decide and carry out; raises RequestRefused if the manager cannot be asked, and ReasonerFailed."""
+        architecture = await self._manager.architecture(waits.answer)
+        for why in self._state.follow(architecture, self._kit.now()):
+            self._kit.event("metacontrol.no_mode", why)
+        for _ in range(MAX_TRIES):
+            decided = self.decided(settings)
+            self._state.take(decided, self._kit.now())
+            self._notify()
+            if await self._carry_out(decided, architecture, waits, states, keep=keep):
+                return
+            architecture = await self._manager.architecture(waits.answer)
+            self._state.follow(architecture, self._kit.now())
+
+    def decided(self, settings: Settings) -> Decided:
+        """Return a decision; raises ReasonerFailed for any error."""
+        begun = time.perf_counter()
+        try:
+            return self._state.decide(self._kit.now(), settings)
+        except Exception as error:
+            raise ReasonerFailed(f"{type(error).__name__}: {error}") from error
+        finally:
+            self.reasoning_time = time.perf_counter() - begun
+
+    async def proposal(self, objective: Objective, settings: Settings, waits: Waits) -> Proposal:
+        """Return what would be decided on one more objective, and changed; nothing is."""
+        architecture = await self._manager.architecture(waits.answer)
+        self._state.follow(architecture, self._kit.now())
+        decided = self._state.decide(self._kit.now(), settings, (objective,))
+        decision = decided.plan.of(objective.name)
+        designs = self._state.designs
+        assert designs is not None
+        assert decision is not None
+        wanted = [designs.of(each.design) for each in decided.plan.decisions if each.design is not None]
+        left = [designs.of(each.design) for each in self._state.groundings]
+        return Proposal(objective.name, changes_to(wanted, left, architecture, {}), choice_of(decision, "dry"))
+
+    async def _carry_out(
+        self, decided: Decided, seen: Architecture, waits: Waits, states: SystemStates | None, *, keep: bool
+    ) -> bool:
+        """Put what was decided in place; return whether the cycle is over."""
+        designs = self._state.designs
+        assert designs is not None
+        wanted = [designs.of(each.design) for each in decided.plan.decisions if each.design is not None]
+        missing = [each for each in changed(decided.plan.decisions) if each.design and not designs.of(each.design).mode]
+        if missing:
+            for each in missing:
+                assert each.design is not None
+                self._state.failed((each,), (), designs.of(each.design).problem, self._kit.now())
+            return False
+        kept = decided.kept(self._state.groundings, designs) if keep else ()
+        wanted += [designs.of(each.design) for each in kept]
+        left = [designs.of(each.design) for each in self._state.groundings]
+        fallen = self._fallen_modes(wanted, seen, states)
+        known = {each.component: each.state for each in (states.components if states else ()) if each.state}
+
+        def plan(architecture: Architecture) -> tuple[Change, ...]:
+            return changes_to(wanted, left, architecture, known, fallen)
+
+        done = await self._manager.carry_out(plan, seen, self._order(decided), waits.adapt)
+        self.latest = done
+        return self._concluded(decided, done, designs, keep=keep)
+
+    def _concluded(self, decided: Decided, done: CarriedOut, designs: Designs, *, keep: bool) -> bool:
+        now = self._kit.now()
+        if done.stands:
+            self._state.carried_out(decided, keep=keep, now=now)
+            self.trouble = ""
+            self._notify()
+            return True
+        why = outcomes.problem_of(done)
+        entered = changed(decided.plan.decisions)
+        if not outcomes.is_fault_of_designs(done) or not entered:
+            self.trouble = f"the adaptation manager has not changed what was asked for: {why}"
+            self._notify()
+            return True
+        components = outcomes.components_to_blame(done)
+        self._state.failed(outcomes.to_blame(entered, designs, components), components, why, now)
+        return False
+
+    def _fallen_modes(
+        self, wanted: list[DesignMode], architecture: Architecture, states: SystemStates | None
+    ) -> frozenset[str]:
+        """Return the modes in force of which a component does less than it should, though it has not failed.
+
+        It may be on its way: only what was so at the last cycle already counts.
+        """
+        failed = {local_name(name) for name in self._state.monitor.failed}
+
+        def has_fallen(component: str) -> bool:
+            state = states.state_of(component) if states else None
+            own = component.rpartition(".")[2]
+            return state in PRIMARY and own not in failed and state is not None and is_lower(state, State.ACTIVE)
+
+        now = frozenset(
+            each.mode for each in wanted if in_force(each, architecture) and any(map(has_fallen, each.claims))
+        )
+        lasting, self._fallen = now & self._fallen, now
+        return lasting
+
+    def _order(self, decided: Decided) -> AdaptationOrder:
+        """Return on whose behalf the adaptation is, and why, with the decision as its context as far as it fits."""
+        decisions = decided.plan.decisions
+        why = "; ".join(
+            f"{each.objective}: {local_name(each.design) if each.design else 'none'}, as {each.why}"
+            for each in decisions
+            if each.is_change
+        )
+        whole = [each.as_data() for each in decisions]
+        short = [{**each.as_data(), "designs": []} for each in decisions]
+        room = MAX_CONTEXT_SIZE - 64
+        fitting = next((each for each in (whole, short) if plain_size(each, room) <= room), [])
+        context = {"context": self._state.monitor.context, "decisions": fitting}
+        return AdaptationOrder(self._kit.name, why or "objectives have ended", context)

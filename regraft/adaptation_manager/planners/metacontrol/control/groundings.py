@@ -1,0 +1,84 @@
+"""Which designs are in force, for which objectives, and since when."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+from regraft.adaptation_manager.planners.metacontrol.control.designs import Designs
+from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Grounding, Model
+from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
+from regraft.adaptation_manager.planners.metacontrol.reasoning.decisions import Plan
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.model.architecture import Architecture
+
+
+@dataclass(frozen=True, slots=True)
+class Grounded:
+    """A design that is in force for an objective, since a time of the component's clock."""
+
+    objective: str
+    design: str
+    since: float
+
+    @property
+    def name(self) -> str:
+        """The name of the grounding: objectives that share a design have one each."""
+        return f"fg_{self.objective}_{local_name(self.design)}"
+
+
+class Groundings:
+    """The groundings by objective."""
+
+    def __init__(self, given: Iterable[Grounded] = ()) -> None:
+        self._all = {each.objective: each for each in given}
+
+    @classmethod
+    def restored(cls, remembered: Sequence[Mapping[str, Any]], model: Model) -> Groundings:
+        """Return what an earlier run had, but for designs that are gone."""
+        return cls(Grounded(**each) for each in remembered if each["design"] in model.designs)
+
+    def remembered(self) -> list[PlainValue]:
+        """Return what a further run has to know, as plain data."""
+        return [asdict(each) for each in self]
+
+    def __iter__(self) -> Iterator[Grounded]:
+        """Yield all groundings."""
+        return iter(list(self._all.values()))
+
+    def of(self, objective: str) -> Grounded | None:
+        """Return the grounding of an objective, None if it has none."""
+        return self._all.get(objective)
+
+    def facts(self) -> tuple[Grounding, ...]:
+        """Return the groundings as the reasoner has them."""
+        return tuple(Grounding(each.name, each.objective, each.design) for each in self)
+
+    def after(self, plan: Plan, kept: Iterable[Grounded], now: float) -> Groundings:
+        """Return the groundings once a plan has been carried out; a design that stays keeps its time."""
+        found = {each.objective: each for each in kept}
+        for decision in plan.decisions:
+            if decision.design is not None:
+                known = self._all.get(decision.objective)
+                is_same = known is not None and known.design == decision.design
+                found[decision.objective] = (
+                    known if is_same and known else Grounded(decision.objective, decision.design, now)
+                )
+        return Groundings(found.values())
+
+    def followed(self, designs: Designs, architecture: Architecture, now: float) -> Groundings:
+        """Return the groundings as the architecture has them: others may have entered modes meanwhile.
+
+        A part whose mode is another design has that one. A part that is at rest, or in no design's mode, has none.
+        """
+        found = []
+        for each in self:
+            known = designs.of(each.design)
+            mode = architecture.asked_modes.get(known.part, "")
+            other = designs.of_mode(mode)
+            if known.mode == mode:
+                found.append(each)
+            elif other is not None:
+                found.append(replace(each, design=other.design, since=now))
+        return Groundings(found)

@@ -1,0 +1,105 @@
+"""Measured qualities: which of them count for an objective now, and since when they break its requirements."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Objective, Quality
+from regraft.bus_schema.annotations import PlainValue
+
+EVERY = ""
+"""In place of an objective's name: a measurement of the whole system, which counts for all objectives."""
+
+
+@dataclass(frozen=True, slots=True)
+class Times:
+    """Times in seconds: until a design has settled, for how long a requirement is missed before it counts.
+
+    ``stale_after`` is how old a measurement may be.
+    """
+
+    settle: float
+    hold: float
+    stale_after: float
+
+
+@dataclass(frozen=True, slots=True)
+class Measurement:
+    """A measured value, and when it was measured."""
+
+    value: float
+    stamp: float
+
+
+class Measurements:
+    """The latest measurement of each quality, by objective. Times are seconds of the component's clock."""
+
+    def __init__(self, memory: Mapping[str, Any] | None = None) -> None:
+        """Begin, or continue from what ``remembered`` returned."""
+        self._latest: dict[tuple[str, str], Measurement] = {}
+        self._missed: dict[tuple[str, str], float] = {}
+        for objective, quality, each in (memory or {}).get("latest", ()):
+            self._latest[objective, quality] = Measurement(**each)
+        for objective, quality, since in (memory or {}).get("missed", ()):
+            self._missed[objective, quality] = since
+
+    def remembered(self) -> dict[str, PlainValue]:
+        """Return what a further run has to know, as plain data."""
+        return {
+            "latest": [[*key, asdict(each)] for key, each in self._latest.items()],
+            "missed": [[*key, since] for key, since in self._missed.items()],
+        }
+
+    def take(self, objective: str, quality: str, value: float, stamp: float) -> None:
+        """Take a measurement of an objective, or of all; one that is older than the latest is left out."""
+        latest = self._latest.get((objective, quality))
+        if latest is None or stamp >= latest.stamp:
+            self._latest[objective, quality] = Measurement(value, stamp)
+
+    def counting(
+        self, objective: str, qualities: Mapping[str, object], since: float, now: float, times: Times
+    ) -> dict[str, float]:
+        """Return the values that count for an objective whose design is in force since a time.
+
+        A value from before the design had settled, or a stale one, is unknown.
+        """
+        found: dict[str, float] = {}
+        for quality in qualities:
+            given = [self._latest.get((name, quality)) for name in (objective, EVERY)]
+            known = [
+                each
+                for each in given
+                if each is not None and each.stamp >= since + times.settle and now - each.stamp <= times.stale_after
+            ]
+            if known:
+                found[quality] = max(known, key=lambda each: each.stamp).value
+        return found
+
+    def lasting(
+        self,
+        objective: Objective,
+        counting: Mapping[str, float],
+        qualities: Mapping[str, Quality],
+        now: float,
+        hold: float,
+    ) -> dict[str, float]:
+        """Return the values without those that have broken a requirement of the objective for less than ``hold``."""
+        bounds = {each.quality: each.bound for each in objective.requirements}
+        found: dict[str, float] = {}
+        for quality, value in counting.items():
+            is_missed = quality in bounds and not qualities[quality].meets(value, bounds[quality])
+            if is_missed and now - self._missed.setdefault((objective.name, quality), now) < hold:
+                continue
+            if not is_missed:
+                self._missed.pop((objective.name, quality), None)
+            found[quality] = value
+        for quality in bounds.keys() - counting.keys():
+            self._missed.pop((objective.name, quality), None)
+        return found
+
+    def forget(self, objective: str) -> None:
+        """Forget an objective that is over, or whose design has changed."""
+        self._latest = {key: each for key, each in self._latest.items() if key[0] != objective}
+        self._missed = {key: since for key, since in self._missed.items() if key[0] != objective}

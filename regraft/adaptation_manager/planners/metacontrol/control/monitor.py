@@ -1,0 +1,187 @@
+"""The monitor step: the status of components, measured qualities, errors of groundings, and the context."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any, Final
+
+from regraft.adaptation_manager.planners.metacontrol.control.designs import component_of
+from regraft.adaptation_manager.planners.metacontrol.control.measurements import EVERY, Measurements
+from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Model
+from regraft.adaptation_manager.planners.metacontrol.knowledge.names import DEFAULT_CONTEXT
+from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
+from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import ComponentStatus
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.messages.health import Diagnostic, Level
+from regraft.bus_schema.messages.management.objectives import (
+    BINDING_ERROR,
+    COMPONENT_STATUS,
+    CONTEXT_STATUS,
+    QUALITY_STATUS,
+)
+from regraft.bus_schema.messages.management.system import SystemFaultKind, SystemFaults, SystemStates
+from regraft.bus_schema.suggestions import no_such
+
+EARLY: Final = 1.0
+"""Seconds by which the clock of who measures may be ahead."""
+COMPONENT_WORDS: Final = {"FALSE": True, "TRUE": False, "RECOVERED": False}
+"""Values of a component's status, and whether it has failed then."""
+
+
+class Implausible(ValueError):
+    """A diagnostic that is not taken; the text is why."""
+
+
+class Monitor:
+    """The latest observations. Components and qualities go by the names of the knowledge base."""
+
+    def __init__(
+        self, model: Model, scope: str, contexts: Sequence[str], memory: Mapping[str, Any] | None = None
+    ) -> None:
+        """Begin, or continue from what ``remembered`` returned. ``contexts`` are those that there are."""
+        known = memory or {}
+        self._model = model
+        self._components = {component_of(name, scope): name for name in model.components}
+        self._short = {local_name(name): name for name in model.components}
+        self._qualities = {local_name(name): name for name in model.qualities}
+        self.contexts = tuple(contexts)
+        context = known.get("context", DEFAULT_CONTEXT)
+        self.context = context if context in self.contexts else DEFAULT_CONTEXT
+        self.measurements = Measurements(known.get("measurements"))
+        self._failed_in_system: set[str] = set()
+        self._reported: set[str] = {name for name in known.get("reported", ()) if name in model.components}
+        self._seen_failed: set[str] = {name for name in known.get("failed", ()) if name in model.components}
+        self._recovered: set[str] = {name for name in known.get("recovered", ()) if name in model.components}
+        self._errors: dict[str, float] = dict(known.get("errors", {}))
+
+    def remembered(self) -> dict[str, PlainValue]:
+        """Return what a further run has to know, as plain data."""
+        return {
+            "context": self.context,
+            "measurements": self.measurements.remembered(),
+            "reported": sorted(self._reported),
+            "failed": sorted(self._seen_failed),
+            "recovered": sorted(self._recovered),
+            "errors": dict(self._errors),
+        }
+
+    # --- what is seen ---
+
+    def see(self, states: SystemStates | None, faults: SystemFaults | None) -> None:
+        """Take the states of all components, and the faults that are not over."""
+        if states is not None:
+            gone = {each.component for each in states.components if each.state is None}
+            failed = {
+                each.component
+                for each in (faults.present if faults else ())
+                if each.kind not in (SystemFaultKind.RAISED, SystemFaultKind.RECOVERED)
+            }
+            self._failed_in_system = {self._components[name] for name in gone | failed if name in self._components}
+        self._note_recoveries()
+
+    def take(self, diagnostic: Diagnostic, now: float, objectives: Collection[str]) -> None:
+        """Take a diagnostic as MROS2's observers publish them; raises Implausible. Others are left alone."""
+        if diagnostic.text not in (COMPONENT_STATUS, QUALITY_STATUS, BINDING_ERROR, CONTEXT_STATUS):
+            return
+        if not math.isfinite(diagnostic.stamp) or diagnostic.stamp > now + EARLY:
+            raise Implausible(f"its time is {diagnostic.stamp:.3f} s, must not be after now, {now:.3f} s")
+        if diagnostic.text == BINDING_ERROR:
+            self._take_error(diagnostic, objectives)
+            return
+        if len(diagnostic.values) != 1:
+            raise Implausible(f"has {len(diagnostic.values)} values, must have 1")
+        ((key, value),) = diagnostic.values.items()
+        if diagnostic.text == COMPONENT_STATUS:
+            self._take_component(key, value)
+        elif diagnostic.text == CONTEXT_STATUS:
+            self.set_context(str(value))
+        else:
+            self._take_quality(diagnostic, key, value, objectives)
+
+    def set_context(self, context: str) -> None:
+        """Set the context in which designs are chosen; raises Implausible for an unknown one."""
+        if context not in self.contexts:
+            raise Implausible(no_such("context", context, self.contexts))
+        self.context = context
+
+    def _take_component(self, key: str, value: PlainValue) -> None:
+        name = self._components.get(key) or self._short.get(key)
+        if name is None:
+            raise Implausible(no_such("component", key, self._short))
+        word = str(value).upper()
+        if word not in COMPONENT_WORDS:
+            raise Implausible(f"the status of {key!r} is {value!r}, must be one of {', '.join(COMPONENT_WORDS)}")
+        if COMPONENT_WORDS[word]:
+            self._reported.add(name)
+        else:
+            self._reported.discard(name)
+        self._note_recoveries()
+
+    def _take_quality(self, diagnostic: Diagnostic, key: str, value: PlainValue, objectives: Collection[str]) -> None:
+        name = self._qualities.get(key)
+        if name is None:
+            raise Implausible(no_such("quality", key, self._qualities))
+        if diagnostic.subject and diagnostic.subject not in objectives:
+            raise Implausible(no_such("objective", diagnostic.subject, objectives))
+        number = _number(value)
+        quality = self._model.qualities[name]
+        if number is None or not quality.lowest <= number <= quality.highest:
+            bounds = f"from {quality.lowest:g} to {quality.highest:g}"
+            raise Implausible(f"{key} is {value!r}, must be a number {bounds}")
+        self.measurements.take(diagnostic.subject or EVERY, name, number, diagnostic.stamp)
+
+    def _take_error(self, diagnostic: Diagnostic, objectives: Collection[str]) -> None:
+        if diagnostic.subject not in objectives:
+            raise Implausible(no_such("objective", diagnostic.subject, objectives))
+        if diagnostic.level is Level.ERROR:
+            self._errors[diagnostic.subject] = diagnostic.stamp
+        elif diagnostic.level is Level.OK:
+            self._errors.pop(diagnostic.subject, None)
+
+    # --- what follows ---
+
+    @property
+    def failed(self) -> frozenset[str]:
+        """The components that have failed, by any source."""
+        return frozenset(self._failed_in_system | self._reported)
+
+    @property
+    def recovered(self) -> frozenset[str]:
+        """The components that have recovered since the last decision."""
+        return frozenset(self._recovered)
+
+    def decided(self) -> None:
+        """Note that a decision has taken all recoveries into account."""
+        self._recovered.clear()
+
+    def statuses(self) -> dict[str, ComponentStatus]:
+        """Return the status of each component that is known."""
+        found = dict.fromkeys(self._model.components, ComponentStatus.AVAILABLE)
+        found |= dict.fromkeys(self._recovered, ComponentStatus.RECOVERED)
+        return found | dict.fromkeys(self.failed, ComponentStatus.FAILED)
+
+    def has_error(self, objective: str, since: float) -> bool:
+        """Return whether what provides an objective since a time has reported an error of its own."""
+        return self._errors.get(objective, -math.inf) >= since
+
+    def forget(self, objective: str) -> None:
+        """Forget an objective that is over."""
+        self._errors.pop(objective, None)
+        self.measurements.forget(objective)
+
+    def _note_recoveries(self) -> None:
+        failed = set(self.failed)
+        self._recovered = (self._recovered | (self._seen_failed - failed)) - failed
+        self._seen_failed = failed
+
+
+def _number(value: PlainValue) -> float | None:
+    """Return a finite number, given as one or as text, None for anything else."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        return None
+    try:
+        number = float(value)
+    except (ValueError, OverflowError):
+        return None
+    return number if math.isfinite(number) else None

@@ -1,0 +1,47 @@
+"""The causes of an adaptation that failed: the designs to blame, and their components."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from regraft.adaptation_manager.planners.manager_client import CarriedOut
+from regraft.adaptation_manager.planners.metacontrol.control.designs import Designs
+from regraft.adaptation_manager.planners.metacontrol.reasoning.decisions import Decision
+from regraft.bus_schema.model.adaptation import Change, StepState
+
+
+def problem_of(done: CarriedOut) -> str:
+    """Return why an adaptation has not come about."""
+    if done.report is None:
+        return done.error or done.outcome
+    violations = "; ".join(f"{each.component}.{each.field}: {each.problem}" for each in done.report.violations)
+    return violations or done.report.error or done.report.outcome.value
+
+
+def is_fault_of_designs(done: CarriedOut) -> bool:
+    """Return whether the designs are to blame: the manager has judged or tried their changes."""
+    return done.report is not None
+
+
+def components_to_blame(done: CarriedOut) -> frozenset[str]:
+    """Return the components that were at fault, empty if they are not known."""
+    if done.report is None:
+        return frozenset()
+    found = {each.component for each in done.report.violations if each.component}
+    found |= {step.component for step in done.report.steps if step.state is StepState.FAILED and step.component}
+    return frozenset(found)
+
+
+def to_blame(decisions: Sequence[Decision], designs: Designs, components: Iterable[str]) -> tuple[Decision, ...]:
+    """Return the decisions whose designs change components that were at fault; all of them if none does."""
+    at_fault = set(components)
+    found = tuple(
+        each
+        for each in decisions
+        if each.design is not None and at_fault & {change.component for change in _changes(designs, each.design)}
+    )
+    return found or tuple(decisions)
+
+
+def _changes(designs: Designs, design: str) -> tuple[Change, ...]:
+    return designs.of(design).changes

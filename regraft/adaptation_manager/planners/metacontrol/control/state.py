@@ -1,0 +1,161 @@
+"""All that a metacontroller knows and has decided; it asks nobody and changes nothing outside."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from regraft.adaptation_manager.planners.metacontrol.control.deciding import Decided, Known, concluded, planned
+from regraft.adaptation_manager.planners.metacontrol.control.designs import Designs, component_of
+from regraft.adaptation_manager.planners.metacontrol.control.groundings import Groundings
+from regraft.adaptation_manager.planners.metacontrol.control.measurements import Times
+from regraft.adaptation_manager.planners.metacontrol.control.monitor import Monitor
+from regraft.adaptation_manager.planners.metacontrol.control.store import ObjectiveStore
+from regraft.adaptation_manager.planners.metacontrol.control.translation import Translator
+from regraft.adaptation_manager.planners.metacontrol.knowledge.knowledge_base import KnowledgeBase
+from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Objective
+from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
+from regraft.adaptation_manager.planners.metacontrol.reasoning.analysis import Analyser
+from regraft.adaptation_manager.planners.metacontrol.reasoning.decisions import Decision
+from regraft.adaptation_manager.planners.metacontrol.reasoning.failures import rest_failed
+from regraft.adaptation_manager.planners.metacontrol.reasoning.resting import Rest, Resting
+from regraft.adaptation_manager.planners.metacontrol.skills.model import SkillSet
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.messages.management.objectives import Attempt
+from regraft.bus_schema.model.architecture import Architecture
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """The parameters of a metacontroller that decide: seconds, and the gain for which a design is replaced."""
+
+    times: Times
+    margin: float
+    first_rest: float
+    longest_rest: float
+    orphan_after: float
+
+
+class ControlState:
+    """The state of a metacontroller. Times are seconds of the component's clock."""
+
+    def __init__(self, knowledge: KnowledgeBase, skills: SkillSet | None, scope: str) -> None:
+        self.analyser = Analyser(knowledge)
+        self.model = self.analyser.model
+        self.scope = scope
+        self.translator = Translator(self.model, skills)
+        self.store = ObjectiveStore(self.translator)
+        self.monitor = Monitor(self.model, scope, self.translator.contexts())
+        self.groundings = Groundings()
+        self.resting = Resting()
+        self.designs: Designs | None = None
+        self.decided: Decided | None = None
+        self.decided_at = 0.0
+
+    # --- memory ---
+
+    def remembered(self) -> dict[str, PlainValue]:
+        """Return what a further run has to know, as plain data."""
+        return {
+            "objectives": self.store.remembered(),
+            "groundings": self.groundings.remembered(),
+            "monitor": self.monitor.remembered(),
+            "resting": [{**asdict(each), "blamed": sorted(each.blamed)} for each in self.resting.every()],
+        }
+
+    def restore(self, remembered: Mapping[str, Any], now: float, settings: Settings) -> list[str]:
+        """Continue with what an earlier run knew; returns why some objectives could not be taken."""
+        problems = self.store.restore(remembered["objectives"], now)
+        self.groundings = Groundings.restored(remembered["groundings"], self.model)
+        self.monitor = Monitor(self.model, self.scope, self.translator.contexts(), remembered["monitor"])
+        rests = [Rest(**{**each, "blamed": frozenset(each["blamed"])}) for each in remembered["resting"]]
+        self.resting = Resting.restored(rests, settings.first_rest, settings.longest_rest)
+        return problems
+
+    def set_rests(self, settings: Settings) -> None:
+        """Take over changed times of rest."""
+        self.resting = Resting.restored(self.resting.every(), settings.first_rest, settings.longest_rest)
+
+    # --- objectives ---
+
+    def end(self, name: str) -> None:
+        """Remove an objective that is over; what provides it stays grounded until the next adaptation."""
+        self.store.remove(name)
+        self.monitor.forget(name)
+        self.resting.forget(name)
+
+    def end_abandoned(self, now: float, settings: Settings) -> list[str]:
+        """Remove the objectives whose clients are gone, and return their names."""
+        over = self.store.over(now, settings.orphan_after)
+        for name in over:
+            self.end(name)
+        return over
+
+    # --- a cycle ---
+
+    def follow(self, architecture: Architecture, now: float) -> tuple[str, ...]:
+        """Take the modes of the stack, and those that others have entered; returns news of designs without a mode."""
+        missing: tuple[str, ...] = ()
+        if self.designs is None or not self.designs.fits(architecture):
+            self.designs = Designs(self.model, architecture, self.scope)
+            missing = self.designs.missing()
+        self.groundings = self.groundings.followed(self.designs, architecture, now)
+        return missing
+
+    def decide(self, now: float, settings: Settings, further: Iterable[Objective] = ()) -> Decided:
+        """Return what follows from what is known, and a design for each objective, the ``further`` ones included."""
+        assert self.designs is not None
+        objectives = (*(entry.objective for entry in self.store), *further)
+        self.resting.recovered(self.monitor.recovered)
+        known = Known(objectives, self.groundings, self.monitor, self.resting, self.designs)
+        situation, analysis, measured = concluded(self.analyser, known, now, settings.times)
+        rest_failed(analysis, self.resting, now)
+        plan = planned(self.analyser, known, situation, analysis, now, settings.margin)
+        return Decided(situation, analysis, plan, measured)
+
+    def take(self, decided: Decided, now: float) -> None:
+        """Note a decision, and the failures because of which designs are left."""
+        for decision in decided.plan.decisions:
+            state = decided.analysis.objectives.get(decision.objective)
+            is_left = decision.present is not None and decision.is_change and state is not None and state.is_in_error
+            if is_left and decision.present is not None:
+                self.note_failure(decision.objective, decision.present, why_left(decision), now)
+        self.decided, self.decided_at = decided, now
+
+    def carried_out(self, decided: Decided, *, keep: bool, now: float) -> None:
+        """Note that what was decided is in force."""
+        assert self.designs is not None
+        kept = decided.kept(self.groundings, self.designs) if keep else ()
+        before = {each.objective: each.design for each in self.groundings}
+        self.groundings = self.groundings.after(decided.plan, kept, now)
+        for each in self.groundings:
+            if before.get(each.objective) != each.design:
+                self.monitor.measurements.forget(each.objective)
+        self.monitor.decided()
+
+    def failed(self, decisions: Iterable[Decision], components: Iterable[str], why: str, now: float) -> None:
+        """Let designs rest that could not be put in place."""
+        blamed = self._individuals(components)
+        for each in decisions:
+            if each.design is not None:
+                self.resting.add(each.design, each.objective, now, blamed, f"it could not be entered: {why}")
+                self.note_failure(each.objective, each.design, why, now)
+
+    def note_failure(self, objective: str, design: str, why: str, now: float) -> None:
+        """Remember a failure with the objective of a client that it concerns."""
+        given = objective.partition("/")[0]
+        if given in self.store:
+            self.store[given].note(Attempt(now, local_name(design), why))
+
+    def _individuals(self, components: Iterable[str]) -> frozenset[str]:
+        known = {component_of(name, self.scope): name for name in self.model.components}
+        return frozenset(known[name] for name in components if name in known)
+
+
+def why_left(decision: Decision) -> str:
+    """Return what speaks against the present design."""
+    present = next((each for each in decision.assessments if each.design == decision.present), None)
+    if present is None:
+        return "it is not for the present context"
+    return "; ".join(each.why for each in present.against) or "another is better"
