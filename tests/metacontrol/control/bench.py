@@ -79,7 +79,7 @@ components:
   director: {{class: 'tests.metacontrol.control.parts:Director'}}
   metacontrol:
     class: 'regraft.adaptation_manager.planners.metacontrol.metacontroller:Metacontroller'
-    parameters: {{skills: patrol.skills, period: 0.5, settle: 0.2, hold: 0.3, saved_in: ., {parameters}}}
+    parameters: {{{parameters}}}
   adaptation_manager:
     class: regraft.adaptation_manager.manager:AdaptationManager
     parameters: {{journal: journal.sqlite}}
@@ -89,17 +89,23 @@ PARTS = ("laser", "camera", "battery", "controller", "navigator", "dock")
 PATROL = Objective("to_navigate", "patrol", {"safety": 0.5, "energy": 0.5})
 
 
-def write(folder: Path, skills: str = SKILLS, parameters: str = "", parts: dict[str, str] | None = None) -> Path:
-    """Write a stack with its skills; ``parts`` has further parameters of parts."""
+DEFAULTS: dict[str, Any] = {"skills": "patrol.skills", "period": 0.5, "settle": 0.2, "hold": 0.3, "saved_in": "."}
+
+
+def write(
+    folder: Path, skills: str = SKILLS, parameters: dict[str, Any] | None = None, parts: dict[str, str] | None = None
+) -> Path:
+    """Write a stack with its skills; ``parameters`` are the metacontroller's, ``parts`` has those of parts."""
+    given = ", ".join(f"{name}: {value}" for name, value in (DEFAULTS | (parameters or {})).items())
     (folder / "patrol.skills").write_text(skills)
     (folder / "modes.yaml").write_text(system_modes(read_skills(folder / "patrol.skills")))
     lines = [
         f"  {name}: {{class: 'tests.metacontrol.control.parts:Part', state: inactive"
-        f"{', parameters: {' + given + '}' if (given := (parts or {}).get(name)) else ''}}}"
+        f"{', parameters: {' + (parts or {})[name] + '}' if name in (parts or {}) else ''}}}"
         for name in PARTS
     ]
     file = folder / "stack.yaml"
-    file.write_text(STACK.format(parts="\n".join(lines), parameters=parameters))
+    file.write_text(STACK.format(parts="\n".join(lines), parameters=given))
     return file
 
 

@@ -123,11 +123,12 @@ class Metacontroller(Component):
         self._cycle = Cycle(self.kit, self._state, self._notify)
         self._stale = (self.states.latest, self.faults.latest)
         self._complaint = ""
+        self._state.store.wait_for_clients(self.kit.now())
         self.kit.spawn(self._control(), "controlling")
 
     def on_deactivate(self) -> None:
         """Keep the objectives of clients whose goals end with this activity: they may come back."""
-        self._state.store.disowned(self.kit.now())
+        self._state.store.disown()
 
     # --- monitoring ---
 

@@ -100,11 +100,17 @@ class ObjectiveStore:
 
     # --- goals ---
 
-    def disowned(self, now: float) -> None:
+    def disown(self) -> None:
         """Note that all goals have ended with the component's activity: their clients may come back."""
         for entry in self:
             if entry.owner:
-                entry.owner, entry.ownerless_since, entry.released = "", now, False
+                entry.owner, entry.ownerless_since, entry.released = "", 0.0, False
+
+    def wait_for_clients(self, now: float) -> None:
+        """Wait from now on for clients whose goals were lost."""
+        for entry in self:
+            if entry.ownerless_since is not None:
+                entry.ownerless_since = now
 
     def over(self, now: float, orphan_after: float) -> list[str]:
         """Return the objectives whose client has cancelled its goal, or has not come back."""

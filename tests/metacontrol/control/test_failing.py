@@ -1,0 +1,138 @@
+"""Adaptations that fail, a manager that does not answer, and a reasoner that raises."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from regraft.adaptation_manager.planners.metacontrol.control.keeping import FILE
+from regraft.adaptation_manager.planners.metacontrol.knowledge.knowledge_base import load
+from regraft.adaptation_manager.planners.metacontrol.reasoning.analysis import Analyser
+from regraft.bus_schema.messages.management.objectives import ObjectiveState
+from regraft.bus_schema.model.adaptation import ChangeState, SetParameters
+from regraft.bus_schema.model.lifecycle import State, Transition
+from tests.metacontrol.control.bench import PATROL, perform
+from tests.metacontrol.control.parts import PLANNER, Director
+
+
+def test_a_design_that_cannot_be_entered_rests_and_the_next_is_tried_in_the_same_cycle(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        found = (await director.add(PATROL)).objectives[0]
+        assert (found.realization, found.state) == ("energy_saving", ObjectiveState.IN_PROGRESS)
+        assert [each.realization for each in found.attempts] == ["normal", "slow"]
+        assert all("the motor is blocked" in each.why for each in found.attempts)
+        resting = (await director.all()).resting
+        assert sorted(resting) == ["patrol: normal", "patrol: slow"]
+
+    perform(tmp_path, script, parts={"battery": "stubborn: true"})
+
+
+def test_a_design_is_chosen_again_after_its_rest_when_the_objective_always_improves(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        await director.add(replace(PATROL, always_improve=True))
+        assert (await director.status("patrol")).realization == "energy_saving"
+        await director.adapt(SetParameters("battery", {"stubborn": False}))
+        await director.wait(1.0)
+        assert (await director.status("patrol")).realization == "energy_saving"
+        await director.wait(2.5)
+        assert (await director.status("patrol")).realization == "normal"
+
+    perform(tmp_path, script, parts={"battery": "stubborn: true"}, parameters={"first_rest": 3.0})
+
+
+def test_where_every_design_fails_to_be_entered_the_objective_says_so(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        found = (await director.add(PATROL)).objectives[0]
+        assert (found.realization, found.state) == ("", ObjectiveState.IN_ERROR_NFR)
+        assert "it rests for" in found.reasons[0]
+        assert director.states()["laser"] is not State.ACTIVE
+
+    perform(tmp_path, script, parts={"controller": "stubborn: true"})
+
+
+def test_a_reasoner_that_fails_saves_the_knowledge_base_and_the_loop_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = Analyser.analyse
+    broken = [False]
+
+    def analyse(self: Analyser, situation: object) -> object:
+        if broken[0]:
+            raise RecursionError("the rules are too deep")
+        return whole(self, situation)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Analyser, "analyse", analyse)
+
+    async def script(director: Director) -> None:
+        await director.add(PATROL)
+        broken[0] = True
+        await director.break_part("laser")
+        await director.wait(1.0)
+        status = await director.status("patrol")
+        assert status.reasons[0] == "the reasoner failed: RecursionError: the rules are too deep"
+        assert status.realization == "normal"
+        broken[0] = False
+        await director.wait(1.0)
+        status = await director.status("patrol")
+        assert (status.realization, status.reasons) == ("degraded", ())
+
+    perform(tmp_path, script)
+    assert load([tmp_path / FILE]).facts
+
+
+def test_a_disk_that_is_full_while_saving_does_not_end_the_loop(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = Analyser.analyse
+    broken = [True]
+
+    def analyse(self: Analyser, situation: object) -> object:
+        if broken[0]:
+            raise ValueError("no conclusion")
+        return whole(self, situation)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Analyser, "analyse", analyse)
+
+    async def script(director: Director) -> None:
+        await director.add(PATROL)
+        events = [each.text for each in director.system.events if each.kind == "metacontrol.reasoner_failed"]
+        assert any("could not be saved" in text for text in events)
+        broken[0] = False
+        await director.wait(1.0)
+        assert (await director.status("patrol")).realization == "normal"
+
+    perform(tmp_path, script, parameters={"saved_in": "/dev/full/folder"})
+
+
+def test_without_a_design_the_robot_rests_or_keeps_what_it_has(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        await director.add(PATROL)
+        director.report_component("camera", "FALSE")
+        await director.break_part("laser")
+        await director.wait(1.0)
+        status = await director.status("patrol")
+        assert (status.realization, status.state) == ("normal", ObjectiveState.IN_ERROR_COMPONENT)
+        assert director.states()["controller"] is State.ACTIVE
+
+    perform(tmp_path, script, parameters={"without_design": "keep"})
+
+
+def test_while_it_is_inactive_the_robot_goes_on_with_what_stands(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        goal = director.pursue(PATROL)
+        await director.wait(1.0)
+        await director.adapt(ChangeState(PLANNER, Transition.DEACTIVATE))
+        await director.break_part("laser")
+        await director.wait(2.0)
+        assert director.states()["controller"] is State.ACTIVE
+        assert await director.entered() == [["to_navigate.normal"]]
+        await director.adapt(ChangeState(PLANNER, Transition.ACTIVATE))
+        assert goal is not None
+        await director.wait(1.0)
+        assert (await director.status("patrol")).realization == "degraded"
+        await director.wait(3.0)
+        assert (await director.all()).objectives == ()
+
+    perform(tmp_path, script, parameters={"orphan_after": 3.0})
