@@ -170,11 +170,10 @@ class Metacontroller(Component):
         """Take states and faults, but for what came before an inactive time."""
         states, faults = self.states.latest, self.faults.latest
         monitor = self._state.monitor
-        before = monitor.failed
+        before = monitor.down
         stale_states, stale_faults = self._stale
-        if states is not stale_states:
-            monitor.see(states, None if faults is stale_faults else faults)
-        if monitor.failed != before:
+        monitor.see(None if states is stale_states else states, None if faults is stale_faults else faults)
+        if monitor.down != before:
             self._begin_cycle()
 
     # --- the loop ---

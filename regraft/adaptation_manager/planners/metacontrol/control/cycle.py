@@ -139,12 +139,11 @@ class Cycle:
 
         It may be on its way: only what was so at the last cycle already counts.
         """
-        failed = {local_name(name) for name in self._state.monitor.failed}
+        down = self._state.monitor.down
 
         def has_fallen(component: str) -> bool:
             state = states.state_of(component) if states else None
-            own = component.rpartition(".")[2]
-            return state in PRIMARY and own not in failed and state is not None and is_lower(state, State.ACTIVE)
+            return state in PRIMARY and component not in down and is_lower(state, State.ACTIVE)
 
         now = frozenset(
             each.mode for each in wanted if in_force(each, architecture) and any(map(has_fallen, each.claims))

@@ -49,7 +49,8 @@ class Monitor:
         context = known.get("context", DEFAULT_CONTEXT)
         self.context = context if context in self.contexts else DEFAULT_CONTEXT
         self.measurements = Measurements(known.get("measurements"))
-        self._failed_in_system: set[str] = set()
+        self._gone: set[str] = set(known.get("gone", ()))
+        self._faulty: set[str] = set(known.get("faulty", ()))
         self._reported: set[str] = {name for name in known.get("reported", ()) if name in model.components}
         self._seen_failed: set[str] = {name for name in known.get("failed", ()) if name in model.components}
         self._recovered: set[str] = {name for name in known.get("recovered", ()) if name in model.components}
@@ -60,6 +61,8 @@ class Monitor:
         return {
             "context": self.context,
             "measurements": self.measurements.remembered(),
+            "gone": sorted(self._gone),
+            "faulty": sorted(self._faulty),
             "reported": sorted(self._reported),
             "failed": sorted(self._seen_failed),
             "recovered": sorted(self._recovered),
@@ -69,15 +72,12 @@ class Monitor:
     # --- what is seen ---
 
     def see(self, states: SystemStates | None, faults: SystemFaults | None) -> None:
-        """Take the states of all components, and the faults that are not over."""
+        """Take the states of all components, and the faults that are not over; None leaves what is known."""
         if states is not None:
-            gone = {each.component for each in states.components if each.state is None}
-            failed = {
-                each.component
-                for each in (faults.present if faults else ())
-                if each.kind not in (SystemFaultKind.RAISED, SystemFaultKind.RECOVERED)
-            }
-            self._failed_in_system = {self._components[name] for name in gone | failed if name in self._components}
+            self._gone = {each.component for each in states.components if each.state is None}
+        if faults is not None:
+            ends = (SystemFaultKind.RAISED, SystemFaultKind.RECOVERED)
+            self._faulty = {each.component for each in faults.present if each.kind not in ends}
         self._note_recoveries()
 
     def take(self, diagnostic: Diagnostic, now: float, objectives: Collection[str]) -> None:
@@ -143,8 +143,13 @@ class Monitor:
 
     @property
     def failed(self) -> frozenset[str]:
-        """The components that have failed, by any source."""
-        return frozenset(self._failed_in_system | self._reported)
+        """The components of the knowledge base that have failed, by any source."""
+        return frozenset(self._components[name] for name in self.down if name in self._components) | self._reported
+
+    @property
+    def down(self) -> frozenset[str]:
+        """The components of the system that have failed or have no run, by their names in the system."""
+        return frozenset(self._gone | self._faulty)
 
     @property
     def recovered(self) -> frozenset[str]:
@@ -163,7 +168,7 @@ class Monitor:
 
     def has_error(self, objective: str, since: float) -> bool:
         """Return whether what provides an objective since a time has reported an error of its own."""
-        return self._errors.get(objective, -math.inf) >= since
+        return self._errors.get(objective, -math.inf) > since
 
     def forget(self, objective: str) -> None:
         """Forget an objective that is over."""
