@@ -7,7 +7,8 @@ import rdflib
 from rdflib.namespace import RDF
 
 from regraft.adaptation_manager.planners.metacontrol.skills.counting import Count, counts
-from regraft.adaptation_manager.planners.metacontrol.skills.generators.owl import Namespaces, individuals
+from regraft.adaptation_manager.planners.metacontrol.skills.generators.owl import individuals
+from regraft.adaptation_manager.planners.metacontrol.skills.generators.rdf_lines import Namespaces
 from tests.metacontrol.skills.texts import GOOD, PAPER, checked, errors, realization, skill
 
 TOMASYS = rdflib.Namespace("http://metacontrol.org/tomasys#")
@@ -33,6 +34,37 @@ def test_the_printed_realization_has_the_papers_fifteen_assertions() -> None:
     one = counted(PAPER)["f_slow_mode"]
     assert (one.objects, one.data, one.classes, one.assertions) == (8, 3, 4, 15)
     assert one.lines <= 20
+
+
+def test_the_published_assertions_are_exactly_the_papers_and_only_the_context_is_added() -> None:
+    found = graph(PAPER)
+    design = DOMAIN.f_slow_mode
+    values = {name: DOMAIN[f"qa_{name}_f_slow_mode"] for name in ("safety", "performance", "energy")}
+    classes = {(design, RDF.type, TOMASYS.FunctionDesign)}
+    classes |= {(value, RDF.type, TOMASYS.QAvalue) for value in values.values()}
+    objects = {(design, TOMASYS.solvesF, DOMAIN.to_navigate), (DOMAIN.laser_resender, MROS.requiredBy, design)}
+    objects |= {(design, TOMASYS.hasQAestimation, value) for value in values.values()}
+    objects |= {(value, TOMASYS.isQAtype, MROS[name]) for name, value in values.items()}
+    data = {(value, TOMASYS.hasValue, found.value(value, TOMASYS.hasValue)) for value in values.values()}
+    assert (len(objects), len(data), len(classes)) == (8, 3, 4)
+    about = {triple for triple in found if design in triple or triple[0] in values.values()}
+    own = (design, MROS.fd_context, rdflib.Literal("Default", datatype=rdflib.XSD.string))
+    assert about == classes | objects | data | {own}
+    assert counted(PAPER)["f_slow_mode"].own == 1
+
+
+def test_required_skills_are_objectives_with_bounds_that_are_counted_apart() -> None:
+    text = skill(realization(), name="look") + skill(
+        realization(rest="Quality [speed: 1]; requires look [speed >= 0.5];"), name="go_there"
+    )
+    found = graph(text)
+    (objective,) = found.objects(DOMAIN.go_there_go, MROS.fd_requiresO)
+    assert found.value(objective, RDF.type) == TOMASYS.Objective
+    assert found.value(objective, TOMASYS.typeF) == DOMAIN.look
+    (bound,) = found.objects(objective, TOMASYS.hasNFR)
+    assert (str(found.value(bound, TOMASYS.hasValue)), found.value(bound, TOMASYS.isQAtype)) == ("0.5", MROS.speed)
+    look, go = counts(individuals(checked(text).skills))
+    assert [(each.assertions, each.own) for each in (look, go)] == [(2, 1), (6, 8)]
 
 
 @pytest.mark.parametrize("q", [0, 1, 4])
@@ -109,13 +141,17 @@ def test_a_value_that_holds_everywhere_goes_before_those_of_environments() -> No
     assert [str(value) for value in graph(text).objects(None, TOMASYS.hasValue)] == ["0.5"]
 
 
-def test_rest_and_the_unrealisable_are_no_designs() -> None:
+def test_rest_and_the_unrealisable_are_no_choices_and_rest_is_marked() -> None:
     text = skill(
         realization(),
         realization("parked", "Component motor inactive", "Quality [speed: 100];"),
         realization("x", "Component motor active, Component arm activating"),
     )
     assert list(counted(text)) == ["go"]
+    found = graph(text)
+    assert set(found.subjects(RDF.type, TOMASYS.FunctionDesign)) == {DOMAIN.go, DOMAIN.parked}
+    assert [subject for subject, _ in found.subject_objects(MROS.fd_is_rest)] == [DOMAIN.parked]
+    assert list(found.objects(DOMAIN.parked, TOMASYS.hasQAestimation)) == []
 
 
 def test_observable_components_count_only_where_they_are_active() -> None:

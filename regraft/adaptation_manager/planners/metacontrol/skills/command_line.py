@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from regraft.adaptation_manager.planners.metacontrol.skills.generators.owl import PUBLISHED, Namespaces
+from regraft.adaptation_manager.planners.metacontrol.skills.generators.rdf_lines import PUBLISHED, Namespaces
 from regraft.cli.outcomes import BAD_INPUT, BadInput
 from regraft.cli.terminal.options import JsonOption
 from regraft.cli.terminal.output import complain, say, show_json, show_table
@@ -122,7 +122,8 @@ def count(file: FileArgument, as_json: JsonOption = False) -> None:
         for each in found
     ]
     if as_json:
-        show_json({"file": str(file), "realizations": rows})
+        own = [{**row, "own": each.own} for row, each in zip(rows, found, strict=True)]
+        show_json({"file": str(file), "realizations": own})
         return
     headings = ("skill", "realization", "object", "data", "class", "assertions", "lines")
     show_table(headings, [list(row.values()) for row in rows], empty="no realization can be chosen")

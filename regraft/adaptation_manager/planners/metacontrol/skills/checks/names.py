@@ -46,6 +46,8 @@ def _of_realizations(skills: SkillSet) -> Iterator[tuple[str, list[Named]]]:
         by_skill.setdefault(realization.skill, []).append((realization.name, realization.place))
         yield "component", [(each.name, each.place) for each in realization.components]
         yield "required skill", [(each.skill, each.place) for each in realization.requirements]
+        for requirement in realization.requirements:
+            yield "bound of", [(each.quality, each.place) for each in requirement.bounds]
     for named in by_skill.values():
         yield "realization", named
 

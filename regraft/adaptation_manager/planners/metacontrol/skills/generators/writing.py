@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Final
 
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.observed_components import observed_components
-from regraft.adaptation_manager.planners.metacontrol.skills.generators.owl import PUBLISHED, Namespaces, individuals
+from regraft.adaptation_manager.planners.metacontrol.skills.generators.owl import individuals
+from regraft.adaptation_manager.planners.metacontrol.skills.generators.rdf_lines import PUBLISHED, Namespaces
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.system_modes import system_modes
 from regraft.adaptation_manager.planners.metacontrol.skills.model import SkillSet
 
