@@ -51,8 +51,8 @@ class KnowledgeBase:
 
     def place(self, individual: str) -> tuple[str, int]:
         """Return the file and the line where an individual is described first; line 0 where none does."""
-        file, line = self._order.get(individual, (0, 0))
-        return self.documents[file].file, line
+        number, _ = self._order.get(individual, (0, 0))
+        return self.documents[number].place(individual)
 
     def order(self, individual: str) -> tuple[int, int, str]:
         """Return a key that sorts individuals as their files have them."""
@@ -72,7 +72,11 @@ def load(files: Sequence[Path | str]) -> KnowledgeBase:
 
     Later files become imports of the first. An imported file must be among the files, or be one that is shipped.
     """
-    documents = read_all([Path(file) for file in files])
+    return base_of(read_all([Path(file) for file in files]))
+
+
+def base_of(documents: Sequence[Document]) -> KnowledgeBase:
+    """Return the knowledge base that documents hold, all imports among them; raises KnowledgeError."""
     graphs = [document.graph for document in documents]
     annotations: frozenset[Node] = frozenset(
         node for graph in graphs for node in graph.subjects(RDF.type, OWL.AnnotationProperty)
@@ -116,13 +120,14 @@ def _check_consistency(conclusions: Conclusions, axioms: Axioms, sources: dict[F
     for conflict in conflicts(conclusions, axioms.functional, axioms.disjoint):
         given = [_given(conclusions, fact, own) for fact in conflict.facts]
         if all(given):
-            files = {sources[each].file for each in given if each is not None}
+            subject = str(conflict.subject)
+            files = {sources[each].place(subject)[0] for each in given if each is not None}
             # The last file adds to those before it: the contradiction is there to be removed.
             first = next(sources[fact] for fact in reversed(given) if fact is not None)
-            others = sorted(files - {first.file})
+            file, line = first.place(subject)
+            others = sorted(files - {file})
             where = f" (with {', '.join(others)})" if others else ""
-            line = first.places.line(str(conflict.subject))
-            problems.append(Problem(first.file, line, f"{conflict.text(conclusions)}{where}"))
+            problems.append(Problem(file, line, f"{conflict.text(conclusions)}{where}"))
     if problems:
         raise KnowledgeError(sorted(problems))
 

@@ -24,6 +24,7 @@ NO_FACTS: Final = (
     "http://swrl.stanford.edu/",
 )
 """The namespaces of OWL and SWRL themselves: what they state is no fact about an individual."""
+TYPE, SAME_AS = RDF.type, OWL.sameAs
 
 
 def read_facts(document: Document, annotations: frozenset[Node]) -> tuple[list[Fact], list[Problem]]:
@@ -36,7 +37,7 @@ def read_facts(document: Document, annotations: frozenset[Node]) -> tuple[list[F
         why = ""
         if isinstance(subject, BNode) or isinstance(value, BNode):
             why = f"{local_name(str(predicate))} is stated of an individual without an IRI; give it one"
-        elif predicate == OWL.sameAs:
+        elif predicate == SAME_AS:
             why = f"is the same as {local_name(str(value))!r}; names are unique here: use one of both"
         else:
             try:
@@ -44,16 +45,15 @@ def read_facts(document: Document, annotations: frozenset[Node]) -> tuple[list[F
             except ValueError as error:
                 why = str(error)
         if why:
-            line = document.places.line(str(subject))
             name = "" if isinstance(subject, BNode) else f"{local_name(str(subject))!r}: "
-            problems.append(Problem(document.file, line, f"{name}{why}"))
+            problems.append(Problem(*document.place(str(subject)), f"{name}{why}"))
     return facts, problems
 
 
 def _is_fact(graph: Graph, subject: Node, predicate: Node, value: Node) -> bool:
-    if predicate == OWL.sameAs:
+    if predicate == SAME_AS:
         return subject != value
-    if predicate == RDF.type:
+    if predicate == TYPE:
         return isinstance(value, URIRef) and not str(value).startswith(NO_FACTS)
     return not str(predicate).startswith(NO_FACTS)
 

@@ -33,11 +33,16 @@ def read_all(files: Sequence[Path]) -> list[Document]:
 
     The first file imports the later ones, whether or not it states so.
     """
-    if not files:
-        raise fail("", 0, "a knowledge base has at least one file")
     if len(files) > MAX_FILES:
         raise fail("", 0, f"{len(files)} files were given, at most {MAX_FILES} are allowed")
-    documents = [read_document(path) for path in dict.fromkeys(files)]
+    return with_imports([read_document(path) for path in dict.fromkeys(files)])
+
+
+def with_imports(given: Sequence[Document]) -> list[Document]:
+    """Return some documents, then those that they import; raises KnowledgeError."""
+    if not given:
+        raise fail("", 0, "a knowledge base has at least one file")
+    documents = list(given)
     problems: list[Problem] = []
     targets: Targets = {}
     queue = list(documents)

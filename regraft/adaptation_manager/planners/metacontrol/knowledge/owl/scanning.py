@@ -1,4 +1,4 @@
-"""Looks through an RDF/XML file before it is parsed: limits, and the lines on which things stand.
+"""Looks through an RDF/XML file before it is parsed: limits, the lines on which things stand, and plain triples.
 
 rdflib keeps no lines, and would follow entities without a bound.
 """
@@ -11,6 +11,7 @@ from urllib.parse import urldefrag, urljoin
 from xml.parsers import expat
 
 from regraft.adaptation_manager.planners.metacontrol.knowledge.errors import KnowledgeError, fail
+from regraft.adaptation_manager.planners.metacontrol.knowledge.owl.flat import FlatTriples, Triple, is_absolute
 
 RDF: Final = "http://www.w3.org/1999/02/22-rdf-syntax-ns# "
 XML_BASE: Final = "http://www.w3.org/XML/1998/namespace base"
@@ -37,8 +38,16 @@ class Places:
         return self.subjects.get(iri, 0)
 
 
-def scan(data: bytes, file: str, base: str) -> Places:
-    """Return the places of a file; raises KnowledgeError where it is no XML, or beyond a limit."""
+@dataclass(frozen=True, slots=True)
+class Scanned:
+    """The places of a file, and its triples; ``triples`` is None where rdflib has to read them."""
+
+    places: Places
+    triples: list[Triple] | None
+
+
+def scan(data: bytes, file: str, base: str) -> Scanned:
+    """Return what a file holds; raises KnowledgeError where it is no XML, or beyond a limit."""
     return _Scanner(file, base).scan(data)
 
 
@@ -48,23 +57,25 @@ class _Scanner:
     def __init__(self, file: str, base: str) -> None:
         self._file = file
         self._places = Places()
+        self._flat = FlatTriples()
         self._bases = [base]
         self._lines: list[int] = []
         self._label: list[str] | None = None
         self._expanded = 0
         self._entities = 0
         self._parser = expat.ParserCreate(namespace_separator=" ")
+        self._parser.buffer_text = True
         self._parser.StartElementHandler = self._start
         self._parser.EndElementHandler = self._end
         self._parser.CharacterDataHandler = self._characters
         self._parser.EntityDeclHandler = self._entity
 
-    def scan(self, data: bytes) -> Places:
+    def scan(self, data: bytes) -> Scanned:
         try:
             self._parser.Parse(data, True)
         except expat.ExpatError as error:
             raise fail(self._file, error.lineno, f"is not well-formed XML: {expat.ErrorString(error.code)}") from None
-        return self._places
+        return Scanned(self._places, self._flat.triples)
 
     def _fail(self, why: str) -> KnowledgeError:
         return fail(self._file, self._parser.CurrentLineNumber, why)
@@ -110,8 +121,10 @@ class _Scanner:
         target = attributes.get(f"{RDF}resource")
         if target is not None and name == OWL_IMPORTS:
             self._places.imports.setdefault(_resolved(target, base), line)
+        self._flat.start(name, attributes, len(self._lines))
 
     def _end(self, name: str) -> None:
+        self._flat.end(len(self._lines))
         self._lines.pop()
         self._bases.pop()
         if name == LABEL and self._label is not None and self._lines:
@@ -120,6 +133,7 @@ class _Scanner:
 
     def _characters(self, data: str) -> None:
         self._grow(len(data))
+        self._flat.characters(data, len(self._lines))
         if self._label is not None:
             self._label.append(data)
 
@@ -133,6 +147,8 @@ def _subject(attributes: dict[str, str], base: str) -> str | None:
 
 
 def _resolved(reference: str, base: str) -> str:
+    if is_absolute(reference):
+        return reference
     try:
         return urljoin(base, reference, allow_fragments=True) if reference else base
     except ValueError:
