@@ -83,9 +83,20 @@ def test_a_required_skill_is_provided_in_the_same_adaptation_and_ends_with_it(tm
         found = await director.add(Objective("to_recharge", "dock", {"safety": 0.5}))
         assert [(each.objective, each.realization, each.parent) for each in found.objectives] == [
             ("dock", "docking", ""),
-            ("dock/to_navigate", "normal", "dock"),
+            ("dock/docking_requires_to_navigate", "performance", "dock"),
         ]
-        assert [sorted(each) for each in await director.entered()] == [["to_navigate.normal", "to_recharge.docking"]]
+        assert [sorted(each) for each in await director.entered()] == [["to_navigate.performance", "to_recharge.docking"]]
+        await director.break_part("laser")
+        await director.wait(1.0)
+        assert [each.realization for each in (await director.all()).objectives] == ["docking", "degraded"]
+        director.report_component("camera", "FALSE")
+        await director.wait(1.0)
+        status = await director.status("dock")
+        assert status.realization == ""
+        assert "it requires to_navigate" in status.reasons[0]
+        director.report_component("camera", "RECOVERED")
+        await director.wait(1.0)
+        assert [each.realization for each in (await director.all()).objectives] == ["docking", "degraded"]
         await director.cancel("dock")
         assert director.states()["controller"] is State.INACTIVE
         assert director.states()["dock"] is State.INACTIVE

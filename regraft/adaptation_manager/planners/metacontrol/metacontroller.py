@@ -65,7 +65,7 @@ class Metacontroller(Component):
     diagnostics = Input(Diagnostic, required=False, description="what observers report, as MROS2's do")
 
     skills = Parameter("", "the file of skills", unit="path", exists=True, read_only=True)
-    knowledge = Parameter("", "an OWL file of the domain, or a folder of them", unit="path", read_only=True)
+    knowledge = Parameter("", "an OWL file with further rules, or a folder of them", unit="path", read_only=True)
     saved_in = Parameter("", "folder for the knowledge base after a failure; empty: the run's folder", unit="path")
     period = Parameter(1.5, "time between two cycles", minimum=0.05, maximum=3600.0, unit="s")
     settle = _seconds(1.0, "time after an adaptation from which measurements count")

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 
 from regraft.adaptation_manager.planners.metacontrol.control.designs import Designs
 from regraft.adaptation_manager.planners.metacontrol.knowledge.errors import KnowledgeError, fail
-from regraft.adaptation_manager.planners.metacontrol.knowledge.knowledge_base import LEVELS, KnowledgeBase, load
+from regraft.adaptation_manager.planners.metacontrol.knowledge.knowledge_base import KnowledgeBase, load
 from regraft.adaptation_manager.planners.metacontrol.knowledge.view import model_of
 from regraft.adaptation_manager.planners.metacontrol.skills.diagnostics import Severity
-from regraft.adaptation_manager.planners.metacontrol.skills.generators.owl import individuals
+from regraft.adaptation_manager.planners.metacontrol.skills.knowledge import knowledge_of
 from regraft.adaptation_manager.planners.metacontrol.skills.model import SkillSet
 from regraft.adaptation_manager.planners.metacontrol.skills.reading import checked_skills, read_skills
 from regraft.bus_schema.model.architecture import Architecture
@@ -40,17 +39,12 @@ def problems_in(skills: str, knowledge: str, architecture: Architecture, scope: 
 
 
 def _knowledge_of(skills: SkillSet | None, place: str) -> KnowledgeBase:
-    """Return the base of a domain's OWL files, or of navigation where none is given, with the individuals of skills.
+    """Return the base of skills, and of further OWL files of their domain; raises KnowledgeError.
 
-    The files of a folder are taken in the order of their names. TOMASys and MROS, which they import, need not be there.
+    The files of a folder are taken in the order of their names.
     """
-    files = _owl_files(Path(place)) if place else list(LEVELS)
-    if skills is None:
-        return load(files)
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "individuals.owl"
-        file.write_text(individuals(skills).text)
-        return load([*files, file])
+    files = _owl_files(Path(place)) if place else []
+    return load(files) if skills is None else knowledge_of(skills, files)
 
 
 def _owl_files(place: Path) -> list[Path]:

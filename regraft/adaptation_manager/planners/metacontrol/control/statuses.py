@@ -10,7 +10,7 @@ from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Obje
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import Status
 from regraft.adaptation_manager.planners.metacontrol.reasoning.decisions import Decision
-from regraft.adaptation_manager.planners.metacontrol.reasoning.situation import active_objectives
+from regraft.adaptation_manager.planners.metacontrol.reasoning.situation import required_objectives
 from regraft.bus_schema.messages.management.objectives import (
     Explanation,
     ObjectivesStatus,
@@ -33,9 +33,8 @@ def all_statuses(state: ControlState, now: float, trouble: str = "") -> Objectiv
 def family(state: ControlState, name: str, trouble: str = "") -> Iterator[ObjectiveStatus]:
     """Yield the status of an objective, and of those that its realization requires."""
     entry = state.store[name]
-    decided = state.decided
-    every = active_objectives(state.model, decided.situation) if decided else {}
-    decisions = decided.plan.decisions if decided else ()
+    decisions = state.decided.plan.decisions if state.decided else ()
+    objectives = {name: entry.objective}
     own = next((each for each in decisions if each.objective == name), None)
     yield replace(
         _status(state, entry.objective, own, trouble),
@@ -43,18 +42,12 @@ def family(state: ControlState, name: str, trouble: str = "") -> Iterator[Object
         attempts=tuple(entry.attempts),
         task=entry.given.task,
     )
-    for each in decisions:
-        if each.parent and each.objective.startswith(f"{name}/"):
-            objective = every.get(each.objective) or _required(state, each)
-            if objective is not None:
-                yield _status(state, objective, each, trouble)
-
-
-def _required(state: ControlState, decision: Decision) -> Objective | None:
-    """Return an objective that was required first by this decision."""
-    function = local_name(decision.objective)
-    names = [name for name in state.model.functions if local_name(name) == function]
-    return Objective(decision.objective, names[0]) if names else None
+    for each in decisions:  # those that a design requires come after it
+        if each.parent in objectives and each.objective in objectives:
+            yield _status(state, objectives[each.objective], each, trouble)
+        if each.design is not None and each.objective in objectives:
+            required = required_objectives(objectives[each.objective], state.model.designs[each.design])
+            objectives |= {one.name: one for one in required}
 
 
 def _status(state: ControlState, objective: Objective, decision: Decision | None, trouble: str) -> ObjectiveStatus:

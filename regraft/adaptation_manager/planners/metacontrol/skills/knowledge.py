@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -22,13 +23,14 @@ LIBRARY: Final = SHIPPED.resolve()
 Origins = dict[str, tuple[str, int]]
 
 
-def knowledge_of(skills: SkillSet) -> KnowledgeBase:
+def knowledge_of(skills: SkillSet, further: Sequence[Path] = ()) -> KnowledgeBase:
     """Return the knowledge base of skills, as they are read from a file; raises KnowledgeError.
 
     It has the levels of TOMASys and of MROS, and the individuals of the skills. Skills that import a file of the
-    library with the definitions of a domain have the ontology of that domain, with its rules.
+    library with the definitions of a domain have the ontology of that domain, with its rules. ``further`` are OWL
+    files with more rules and individuals.
     """
-    return base_of(with_imports(documents_of(skills)))
+    return base_of(with_imports([*documents_of(skills), *map(read_document, further)]))
 
 
 def documents_of(skills: SkillSet) -> list[Document]:
