@@ -9,12 +9,12 @@ from typing import Final
 
 from regraft import Kit, State
 from regraft.adaptation_manager.planners.manager_client import AdaptationOrder, CarriedOut, Manager
-from regraft.adaptation_manager.planners.metacontrol.control import outcomes
 from regraft.adaptation_manager.planners.metacontrol.control.deciding import Decided, changed
-from regraft.adaptation_manager.planners.metacontrol.control.designs import DesignMode, Designs
+from regraft.adaptation_manager.planners.metacontrol.control.modes import outcomes
+from regraft.adaptation_manager.planners.metacontrol.control.modes.designs import DesignMode, Designs
+from regraft.adaptation_manager.planners.metacontrol.control.modes.transaction import changes_to, in_force
 from regraft.adaptation_manager.planners.metacontrol.control.proposing import choice_of
 from regraft.adaptation_manager.planners.metacontrol.control.state import ControlState, Settings
-from regraft.adaptation_manager.planners.metacontrol.control.transaction import changes_to, in_force
 from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Objective
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
 from regraft.bus_schema.messages.management.system import SystemStates

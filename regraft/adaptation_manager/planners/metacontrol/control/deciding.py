@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from regraft.adaptation_manager.planners.metacontrol.control.designs import Designs
 from regraft.adaptation_manager.planners.metacontrol.control.groundings import Grounded, Groundings
 from regraft.adaptation_manager.planners.metacontrol.control.measurements import Times
+from regraft.adaptation_manager.planners.metacontrol.control.modes.designs import Designs
 from regraft.adaptation_manager.planners.metacontrol.control.monitor import Monitor
 from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Model, Objective
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import Status

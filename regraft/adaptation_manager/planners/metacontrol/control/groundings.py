@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from regraft.adaptation_manager.planners.metacontrol.control.designs import Designs
+from regraft.adaptation_manager.planners.metacontrol.control.modes.designs import Designs
 from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Grounding, Model
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
 from regraft.adaptation_manager.planners.metacontrol.reasoning.decisions import Plan

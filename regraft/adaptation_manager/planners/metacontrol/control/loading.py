@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from regraft.adaptation_manager.planners.metacontrol.control.designs import Designs
+from regraft.adaptation_manager.planners.metacontrol.control.modes.designs import Designs
 from regraft.adaptation_manager.planners.metacontrol.knowledge.errors import KnowledgeError, fail
 from regraft.adaptation_manager.planners.metacontrol.knowledge.knowledge_base import KnowledgeBase, load
 from regraft.adaptation_manager.planners.metacontrol.knowledge.view import model_of

@@ -6,8 +6,8 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any, Final
 
-from regraft.adaptation_manager.planners.metacontrol.control.designs import component_of
 from regraft.adaptation_manager.planners.metacontrol.control.measurements import EVERY, Measurements
+from regraft.adaptation_manager.planners.metacontrol.control.modes.designs import component_of
 from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Model
 from regraft.adaptation_manager.planners.metacontrol.knowledge.names import DEFAULT_CONTEXT
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name

@@ -7,9 +7,9 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from regraft.adaptation_manager.planners.metacontrol.control.deciding import Decided, Known, concluded, planned
-from regraft.adaptation_manager.planners.metacontrol.control.designs import Designs, component_of
 from regraft.adaptation_manager.planners.metacontrol.control.groundings import Groundings
 from regraft.adaptation_manager.planners.metacontrol.control.measurements import Times
+from regraft.adaptation_manager.planners.metacontrol.control.modes.designs import Designs, component_of
 from regraft.adaptation_manager.planners.metacontrol.control.monitor import Monitor
 from regraft.adaptation_manager.planners.metacontrol.control.store import ObjectiveStore
 from regraft.adaptation_manager.planners.metacontrol.control.translation import Translator

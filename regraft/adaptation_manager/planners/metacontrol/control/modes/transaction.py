@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 
-from regraft.adaptation_manager.planners.metacontrol.control.designs import DesignMode
+from regraft.adaptation_manager.planners.metacontrol.control.modes.designs import DesignMode
 from regraft.adaptation_manager.planning.modes import NoSuchMode, changes_of
 from regraft.bus_schema.model.adaptation import Change, ChangeState, EnterMode
 from regraft.bus_schema.model.architecture import Architecture

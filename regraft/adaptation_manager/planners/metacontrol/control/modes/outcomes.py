@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from regraft.adaptation_manager.planners.manager_client import CarriedOut
-from regraft.adaptation_manager.planners.metacontrol.control.designs import Designs
+from regraft.adaptation_manager.planners.metacontrol.control.modes.designs import Designs
 from regraft.adaptation_manager.planners.metacontrol.reasoning.decisions import Decision
 from regraft.bus_schema.model.adaptation import Change, StepState
 
