@@ -25,6 +25,7 @@ from regraft.cli.bus.topic import topic
 from regraft.cli.bus.types import types
 from regraft.cli.extensions import add_extensions
 from regraft.cli.group import Commands
+from regraft.cli.objectives.commands import objective
 from regraft.cli.outcomes import BAD_INPUT, EXIT_CODES, FAILED
 from regraft.cli.stack.commands import stack
 from regraft.cli.system.doctor import doctor
@@ -51,6 +52,7 @@ GROUPS = {
     "action": action,
     "goal": goal,
     "planner": planner,
+    "objective": objective,
     "quality": quality,
     "token": token,
     "stack": stack,

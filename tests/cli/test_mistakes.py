@@ -27,6 +27,7 @@ modes:
 components:
   bt_executor: {class: 'regraft.services.bt_executor.executor:Executor'}
   bandits: {class: 'regraft.adaptation_manager.planners.bandits.bandit_planner:BanditPlanner', parameters: {seed: 7}}
+  metacontrol: {class: 'tests.metacontrol.objectives.small_metacontroller:SmallMetacontroller'}
 """
 TREE = tree('<Script code="rounds := 3"/>', '<Sleep name="wait" msec="100000000"/>', name="Patrol")
 PROPOSAL = {
@@ -54,6 +55,9 @@ RIGHT: dict[str, str] = {
     "PARAMETER VALUE | PARAMETER=VALUE...": "step=1",
     "NAME...": "local",
     "FOLDER": "certificates",
+    "SKILL": "to_navigate",
+    "OBJECTIVE": "patrol",
+    "RESULT": "SUCCESS",
 }
 """A right argument, by what stands for it in the help."""
 PROPOSE = ("planner", "propose")
@@ -104,6 +108,16 @@ WRONG: dict[str, list[tuple[str, str]]] = {
     "SYSTEM": [],
     "NAME...": [],
     "FOLDER": [],
+    "SKILL": [("to_navigat", "did you mean 'to_navigate'?")],
+    "QUALITY=NUMBER...": [
+        ("safty=0.5", "did you mean 'safety'?"),
+        ("safety=high", "safety: 'high' is not a number"),
+        ("safety<=0.5", "<= contradicts the direction of safety"),
+        ("safety", "must look like QUALITY>=NUMBER"),
+    ],
+    "OBJECTIVE": [("patrl", "did you mean 'patrol'?")],
+    "CONTEXT": [("Darc", "did you mean 'Dark'?")],
+    "RESULT": [("SUCESS", "did you mean 'SUCCESS'?")],
 }
 """Its mistyped forms, with what is told then. A system that does not run is no mistake: exit code 3."""
 
@@ -122,6 +136,7 @@ LISTS = (
     "service list",
     "action list",
     "planner list",
+    "objective list",
     "events",
 )
 """Commands that show what belongs to one robot."""
@@ -163,6 +178,8 @@ OPTIONS: list[tuple[str, str]] = [
     ("evaluate frog-architecture --configurations basline", "did you mean"),
     ("evaluate frog-architecture --definitions publishd", "did you mean"),
     ("planner propose bandits unknown", "did you mean 'talker'?"),
+    ("objective add --file nowhere", "nowhere: cannot be read"),
+    ("objective list --planner metacontrl", "did you mean 'metacontrol'?"),
     *((f"{words} --robot left", "there is no robot 'left'; there are none") for words in LISTS),
     *(
         (f"mission {words} --robot left", "no robot or component 'left' runs missions")
@@ -219,6 +236,7 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[System]:
         system.ask("token", "create", "--role", "operate", "--for", "1h", "--name", "page")
         system.ask("mission", "load", str(folder / "right"))
         system.ask("mission", "start")
+        system.ask("objective", "add", "to_navigate", "--name", "patrol")
         yield system
 
 

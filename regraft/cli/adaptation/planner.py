@@ -12,7 +12,7 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
-from regraft.bus_schema.model.robots.planners import DESCRIBE, PROPOSE, planner_of, planner_service
+from regraft.bus_schema.model.robots.planners import DESCRIBE, PROPOSE, planner_service, planners_with
 from regraft.cli.adaptation import managing
 from regraft.cli.adaptation.mistakes import violation_line
 from regraft.cli.outcomes import FAILED, BadInput
@@ -94,8 +94,7 @@ def _show(found: Proposal) -> None:
 
 def _planners(known: Topology) -> dict[str, str]:
     """Return the components that are planners, by the names of the planners."""
-    offers = ((planner_of(name), offer) for name, offer in known.offers("service").items())
-    return {planner: offer.component for planner, offer in offers if planner is not None}
+    return planners_with(PROPOSE, known.components)
 
 
 def _described(there: Reached, name: str) -> PlannerDescription:

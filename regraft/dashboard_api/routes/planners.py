@@ -10,12 +10,10 @@ from typing import Annotated, Final
 from fastapi import APIRouter, Path, Request
 
 from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
-from regraft.bus_schema.model.architecture import Architecture
-from regraft.bus_schema.model.robots.offers import offered_services
-from regraft.bus_schema.model.robots.planners import DESCRIBE, PROPOSE, planner_of, planner_service
+from regraft.bus_schema.model.robots.planners import DESCRIBE, PROPOSE, planner_service
 from regraft.bus_schema.suggestions import instead_of
 from regraft.dashboard_api.backend.manager import Manager, Services
-from regraft.dashboard_api.backend.overview import view_of
+from regraft.dashboard_api.backend.planners import planners
 from regraft.dashboard_api.http.adaptation_headers import ActorHeader, actor
 from regraft.dashboard_api.http.body import JsonRoute, built
 from regraft.dashboard_api.http.bus_types import Fields, JsonObject, Shown, fields_of
@@ -118,14 +116,7 @@ def _proposed(services: Services, name: str, asked: ProposalRequest) -> Proposal
 
 def _planners(manager: Manager, robot: str = "") -> Mapping[str, str]:
     """Return the components that are planners, by the names of the planners; raises Problem."""
-    architecture = manager.last_architecture() or manager.architecture()
-    components = filter(view_of(robot, architecture).has_component, sorted(architecture.components))
-    return {name: component for component in components for name in _offered(architecture, component)}
-
-
-def _offered(architecture: Architecture, component: str) -> list[str]:
-    offered = offered_services(architecture.components[component]).values()
-    return [planner for planner in map(planner_of, offered) if planner is not None]
+    return planners(manager, PROPOSE, robot)
 
 
 def _line(services: Services, name: str, component: str) -> PlannerLine:

@@ -25,6 +25,7 @@ from typing import Annotated, Final
 
 from regraft.bus_schema.annotations import PlainValue, Seconds, Text, Told, ToldBriefly
 from regraft.bus_schema.encoding.registry import message
+from regraft.bus_schema.model.qualities.bounds import Comparison
 
 OBJECTIVE: Final = "objective"
 ADD: Final = "objectives/add"
@@ -76,7 +77,9 @@ class CurvePoint:
 class Objective:
     """A skill that must be provided, with a bound for each required quality.
 
-    A bound is the least value, or the highest where less is better. ``name`` is the skill's where it is empty.
+    A bound is the least value, or the highest where less is better. ``operators`` has the comparisons that the client
+    wrote: one that contradicts the direction of its quality is refused. It is no part of what makes objectives equal.
+    ``name`` is the skill's where it is empty.
     ``weights`` and ``curves`` replace those of the qualities in the utility. With ``always_improve`` a better
     realization replaces one without errors. ``realization`` is the one to begin with.
     ``inputs`` are those of the skill. ``task`` is what the objective is for: one task may have several.
@@ -93,6 +96,7 @@ class Objective:
     realization: Name = ""
     inputs: dict[str, PlainValue] = field(default_factory=dict)
     task: Name = ""
+    operators: dict[str, Comparison] = field(default_factory=dict)
 
 
 @message("regraft/Attempt")

@@ -1,0 +1,1 @@
+"""Objectives of metacontrollers: asking for them, and seeing what became of them."""

@@ -1,0 +1,94 @@
+"""Objectives as they are typed, or as a file has them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Final
+
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.records import record_shape
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.management.objectives import CurvePoint, Objective
+from regraft.bus_schema.model.qualities.bounds import Bound, read_bounds
+from regraft.bus_schema.suggestions import no_such
+from regraft.cli.outcomes import BadInput
+from regraft.cli.terminal.values import assignments, line_of, read_located
+from regraft.stack.yaml.nodes import Location, Node, locations_of, plain
+
+MAX_OBJECTIVES: Final = 100
+"""Objectives of one request."""
+OBJECTIVES: Final = "objectives"
+
+
+def bounds(texts: Iterable[str]) -> dict[str, Bound]:
+    """Return the bounds that were typed, by quality; raises BadInput."""
+    try:
+        return read_bounds(texts)
+    except ValueError as error:
+        raise BadInput(str(error)) from None
+
+
+def weights(texts: Sequence[str] | None) -> dict[str, float] | None:
+    """Return the weights of ``--weight QUALITY=NUMBER``, None if there are none; raises BadInput."""
+    found = assignments(texts or (), "--weight ")
+    return {name: _number(f"--weight {name}", value) for name, value in found.items()} or None
+
+
+def curves(texts: Sequence[str] | None) -> dict[str, tuple[CurvePoint, ...]] | None:
+    """Return the curves of ``--curve QUALITY=VALUE:UTILITY,...``, None if there are none; raises BadInput."""
+    found: dict[str, tuple[CurvePoint, ...]] = {}
+    for text in texts or ():
+        quality, equals, points = text.partition("=")
+        if not equals or not quality.strip():
+            raise BadInput(f"--curve {text!r} must look like QUALITY=VALUE:UTILITY,VALUE:UTILITY")
+        if quality in found:
+            raise BadInput(f"--curve {quality}: is given twice: leave one out")
+        found[quality] = tuple(_point(quality, point) for point in points.split(","))
+    return found or None
+
+
+def _point(quality: str, text: str) -> CurvePoint:
+    value, colon, utility = text.partition(":")
+    if not colon:
+        raise BadInput(f"--curve {quality}: {text!r} must look like VALUE:UTILITY")
+    return CurvePoint(_number(f"--curve {quality}", value), _number(f"--curve {quality}", utility))
+
+
+def _number(place: str, value: object) -> float:
+    try:
+        number = math.nan if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise BadInput(f"{place}: {value!r} must be a finite number")
+    return number
+
+
+def objectives_in(file: str) -> tuple[Objective, ...]:
+    """Return the objectives in a YAML or JSON file, ``-`` for standard input; raises BadInput with file and line."""
+    node = read_located(file)
+    if not isinstance(node.value, dict):
+        raise BadInput(f"{node.location}: is {node.kind}, must be an objective, or a map with a list {OBJECTIVES!r}")
+    if OBJECTIVES not in node.value:
+        return (_objective(node),)
+    _refuse_unknown(node, (OBJECTIVES,))
+    listed = node.value[OBJECTIVES]
+    if not isinstance(listed.value, tuple) or not 1 <= len(listed.value) <= MAX_OBJECTIVES:
+        raise BadInput(f"{listed.location}: {OBJECTIVES}: must be a list of 1 to {MAX_OBJECTIVES} objectives")
+    return tuple(_objective(each) for each in listed.value)
+
+
+def _objective(node: Node) -> Objective:
+    _refuse_unknown(node, [name for name, _ in record_shape(Objective).fields])
+    locations: Mapping[str, Location] = locations_of(node)
+    try:
+        return codec.from_plain(plain(node), Objective)
+    except BadMessage as error:
+        raise BadInput(f"{line_of(error.where, locations) or node.location}: {error}") from None
+
+
+def _refuse_unknown(node: Node, known: Sequence[str]) -> None:
+    for name, other in node.value.items() if isinstance(node.value, dict) else ():
+        if name not in known:
+            raise BadInput(f"{other.location}: {no_such('field', name, known)}")

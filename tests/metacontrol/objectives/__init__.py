@@ -1,0 +1,1 @@
+"""Objectives on the command line, over REST and in trees."""
