@@ -8,6 +8,7 @@ from fastapi import FastAPI
 
 from regraft.dashboard_api.backend.event_buffer import EventBuffer
 from regraft.dashboard_api.backend.manager import Manager, Services
+from regraft.dashboard_api.backend.metacontrollers import Metacontrollers
 from regraft.dashboard_api.backend.missions import Missions
 from regraft.dashboard_api.backend.overview import Overview
 from regraft.dashboard_api.http import problems
@@ -16,7 +17,17 @@ from regraft.dashboard_api.http.callers import Callers
 from regraft.dashboard_api.http.document import openapi_document
 from regraft.dashboard_api.http.guard import Guard
 from regraft.dashboard_api.http.head import Head
-from regraft.dashboard_api.routes import adaptations, changes, events, mission, mission_events, pages, planners, status
+from regraft.dashboard_api.routes import (
+    adaptations,
+    changes,
+    events,
+    mission,
+    mission_events,
+    objectives,
+    pages,
+    planners,
+    status,
+)
 from regraft.dashboard_api.routes.mission_events import MissionFeeds
 
 PREFIX = "/api/v1"
@@ -41,6 +52,7 @@ def build(services: Services, buffer: EventBuffer, callers: Callers, address: st
         changes.routes(manager, PREFIX),
         mission.routes(missions),
         planners.routes(services, manager),
+        objectives.routes(Metacontrollers(services, manager), PREFIX),
         mission_events.routes(MissionFeeds(missions, buffer)),
         events.routes(buffer),
     ):

@@ -40,6 +40,12 @@ ROLES: Final[Mapping[tuple[str, str], Role | None]] = {
     ("POST", "/mission/check"): ADMINISTER,
     # Configures the planner, by its inputs; a planner may ask for any change.
     ("POST", "/planners/{name}/propose"): ADMINISTER,
+    # Choose among realizations that the robot's files allow, as entering a mode does.
+    ("POST", "/objectives"): OPERATE,
+    ("DELETE", "/objectives"): OPERATE,
+    ("DELETE", "/objectives/{name}"): OPERATE,
+    ("POST", "/objectives/{name}/progress"): OPERATE,
+    ("PUT", "/planners/{name}/context"): OPERATE,
 }
 
 BY_BODY: Final = frozenset({("POST", "/adaptations"), ("PATCH", "/components/{name}/parameters")})

@@ -30,7 +30,7 @@ def test_every_route_that_takes_get_takes_head(shared: Running) -> None:
             plain = path.removeprefix("/api/v1").replace("{id}", "1").replace("{name}", "navigator")
             answer = shared.http.head(plain)
             assert answer.status_code != 405, path
-            refused = shared.http.put(plain)
+            refused = shared.http.request("PATCH" if "put" in item else "PUT", plain)
             assert (refused.status_code, "HEAD" in refused.headers["allow"]) == (405, True), path
 
 

@@ -48,6 +48,7 @@ class SmallMetacontroller(Component):
         self.ended: dict[str, ObjectiveStatus] = {}
         self.context = CONTEXTS[0]
         self.log: list[str] = []
+        self.requests: list[ObjectivesRequest] = []
 
     # --- for tests ---
 
@@ -89,6 +90,7 @@ class SmallMetacontroller(Component):
     @service("planners/{name}/objectives/add")
     def add(self, request: ObjectivesRequest) -> ObjectivesStatus:
         """Take objectives, all or none."""
+        self.requests.append(request)
         for index, objective in enumerate(request.objectives):
             self._check(objective, f"objectives.{index}.")
         names = [self._take(objective) for objective in request.objectives]
