@@ -13,6 +13,7 @@ from behavior_tree.nav2 import register_nav2
 from regraft.bus_schema.suggestions import near
 from regraft.process.modules import CannotImport, after_failure, imported
 from regraft.services.bt_executor.adaptation import ADAPT_DECORATORS
+from regraft.services.bt_executor.adaptation.objective import ObjectiveDecorator
 from regraft.services.bt_executor.leaves.adapt import Adapt
 from regraft.services.bt_executor.leaves.charge import ChargeBattery
 from regraft.services.bt_executor.leaves.context import LeafContext
@@ -35,6 +36,7 @@ NODE_TYPES: Final[dict[str, type[Node]]] = {
     "NavigateTo": NavigateToGoal,
     "NextFrontier": AskNextFrontier,
     "NextGoal": NextGoal,
+    "Objective": ObjectiveDecorator,
     "PutGoal": PutGoal,
     "SaveMap": KeepMap,
     "Say": Say,

@@ -30,7 +30,7 @@ EXPECTED: Final = {
 }
 """The expected qualities of each realization, by skill."""
 DIRECTIONS: Final = {"safety": Comparison.AT_LEAST, "energy": Comparison.AT_MOST}
-RESULTS: Final = {"to_navigate": {"SUCCESS": Progress.SUCCESS, "FAILURE": Progress.ERROR, "near": Progress.INPROGRESS}}
+RESULTS: Final = {"to_navigate": {"SUCCESS": Progress.SUCCESS, "ERROR": Progress.ERROR, "near": Progress.INPROGRESS}}
 """The results of skills; a skill without any has no meaning for a report."""
 CONTEXTS: Final = ("Default", "Dark")
 STEP: Final = 0.05

@@ -70,13 +70,14 @@ class ObjectiveStore:
         """Add objectives, all or none; raises RequestRefused. An equal one of a present name is that one."""
         found: dict[str, Entry] = {}
         for index, each in enumerate(given):
-            named = each if each.name else replace(each, name=each.skill)
+            named = replace(each, name=each.name or each.skill, operators={})
             where = f"objectives.{index}." if not owner else ""
             known = self._entries.get(named.name)
             if named.name in found or (known is not None and known.given != named):
                 why = f"there is another objective {named.name!r}: cancel it, or give this one a name of its own"
                 raise RequestRefused(why, RefusalCode.CONFLICT, field=f"{where}name")
-            found[named.name] = known or Entry(named, self._translator.objective(named, where))
+            objective = self._translator.objective(replace(named, operators=each.operators), where)
+            found[named.name] = known or Entry(named, objective)
         if len(self._entries | found) > MAX_OBJECTIVES:
             why = f"there would be {len(self._entries | found)} objectives, must be at most {MAX_OBJECTIVES}"
             raise RequestRefused(why, RefusalCode.QUEUE_FULL)

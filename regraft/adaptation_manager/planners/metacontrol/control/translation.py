@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Final
 
 from regraft import RefusalCode, RequestRefused
@@ -54,6 +55,7 @@ class Translator:
             knowledge.Requirement(self._quality(name, function, f"{where}requirements.{name}"), bound)
             for name, bound in given.requirements.items()
         )
+        self._check_operators(given, {local_name(each.quality): each.quality for each in requirements}, where)
         weights = None
         if given.weights is not None:
             weights = {self._find("quality", name, f"{where}weights.{name}"): w for name, w in given.weights.items()}
@@ -88,6 +90,16 @@ class Translator:
             skill = local_name(function)
             raise _refused(f"the skill {skill!r} does not list it; it lists: {', '.join(listed)}", where)
         return quality
+
+    def _check_operators(self, given: Objective, qualities: Mapping[str, str], where: str) -> None:
+        """Refuse a comparison of no bound, or one against the direction of its quality."""
+        for name, comparison in given.operators.items():
+            field = f"{where}operators.{name}"
+            if name not in given.requirements:
+                raise _refused(no_such("bound", name, given.requirements), field)
+            sign = self._model.qualities[qualities[local_name(name)]].sign
+            if comparison.value != sign:
+                raise _refused(f"{comparison.value} contradicts the direction of {name!r}: must be {sign}", field)
 
     def _find(self, kind: str, name: str, where: str) -> str:
         try:
