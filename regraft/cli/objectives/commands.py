@@ -27,13 +27,14 @@ from regraft.bus_schema.messages.management.objectives import (
     ProgressReport,
 )
 from regraft.cli.objectives.asking import ask, planner_meant
-from regraft.cli.objectives.showing import show_details, show_list
-from regraft.cli.objectives.typed import bounds, curves, objectives_in, weights
+from regraft.cli.objectives.showing import has_ended, show_details, show_list
+from regraft.cli.objectives.typed import Wanted, bounds, curves, objectives_in, weights
 from regraft.cli.outcomes import FAILED, BadInput
 from regraft.cli.running_system import reached, user
 from regraft.cli.terminal.options import JsonOption, RobotOption, SystemOption, TimeoutOption
 from regraft.cli.terminal.output import complain, say, show_json, show_table
 from regraft.cli.terminal.values import assignments, value_of
+from regraft.component.errors import CallFailed
 
 objective = typer.Typer(
     help="Have a metacontroller provide skills with the qualities that they need.",
@@ -108,13 +109,16 @@ def add(
     wanted = _wanted(described, requirements or (), file)
     with reached(ctx, system) as there:
         meant = planner_meant(there, planner, robot)
-        request = ObjectivesRequest(wanted, user(), not no_wait)
-        found = ask(there, meant, ADD, request, ObjectivesStatus, timeout)
+        request = ObjectivesRequest(wanted.objectives, user(), not no_wait)
+        try:
+            found = ask(there, meant, ADD, request, ObjectivesStatus, timeout)
+        except CallFailed as error:
+            raise wanted.at_fault(error) from None
     if as_json:
         show_json(found)
     else:
         show_list(found)
-    names = {each.name or each.skill for each in wanted}
+    names = {each.name or each.skill for each in wanted.objectives}
     missing = [each for each in found.objectives if each.objective in names and not each.realization]
     if missing and not no_wait:
         for each in missing:
@@ -123,7 +127,7 @@ def add(
         raise typer.Exit(FAILED)
 
 
-def _wanted(described: Objective, requirements: list[str] | tuple[str, ...], file: str) -> tuple[Objective, ...]:
+def _wanted(described: Objective, requirements: list[str] | tuple[str, ...], file: str) -> Wanted:
     """Return what is asked for, in the file or as it was typed; raises BadInput."""
     if file:
         if requirements or described != Objective(""):
@@ -131,7 +135,7 @@ def _wanted(described: Objective, requirements: list[str] | tuple[str, ...], fil
         return objectives_in(file)
     if not described.skill:
         raise BadInput("name a SKILL, or a --file with objectives")
-    return (_with_bounds(described, requirements),)
+    return Wanted((_with_bounds(described, requirements),))
 
 
 def _with_bounds(described: Objective, requirements: list[str] | tuple[str, ...]) -> Objective:
@@ -211,7 +215,7 @@ def cancel(
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """End an objective, or all of a task; their components go to rest."""
+    """End an objective, or all of a task: their components come to rest. With --json, show those that are left."""
     if bool(name) == bool(task):
         raise BadInput("name either an OBJECTIVE or a --task")
     with reached(ctx, system) as there:
@@ -220,8 +224,10 @@ def cancel(
         found = ask(there, meant, CANCEL, request, ObjectivesStatus, timeout)
     if as_json:
         show_json(found)
+    elif no_wait:
+        say(f"{name or f'the task {task}'} is being cancelled")
     else:
-        show_list(found)
+        say(f"{name or f'the task {task}'} is cancelled")
 
 
 @objective.command("context")
@@ -273,4 +279,4 @@ def report(
     if as_json:
         show_json(found)
     else:
-        say(f"{found.objective}: {found.progress.value}{', ended' if found.ended else ''}")
+        say(f"{found.objective}: {found.progress.value}{', ended' if has_ended(found) else ''}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from regraft.bus_schema.messages.management.objectives import ObjectivesStatus, ObjectiveStatus
+from regraft.bus_schema.messages.management.objectives import ObjectivesStatus, ObjectiveStatus, Progress
 from regraft.cli.terminal.output import plain_table, say, seconds, show_table
 
 COLUMNS = ("objective", "skill", "state", "realization", "mode", "progress", "task")
@@ -32,7 +32,7 @@ def details(objective: ObjectiveStatus, among: ObjectivesStatus) -> Iterator[str
     yield f"skill: {objective.skill}"
     if objective.task:
         yield f"task: {objective.task}"
-    yield f"state: {objective.state.value}{', ended' if objective.ended else ''}"
+    yield f"state: {objective.state.value}{', ended' if has_ended(objective) else ''}"
     yield f"realization: {objective.realization or 'none'}{_since(objective, among.stamp)}"
     if objective.mode:
         yield f"mode: {objective.mode}"
@@ -51,6 +51,11 @@ def details(objective: ObjectiveStatus, among: ObjectivesStatus) -> Iterator[str
     for name, until in among.resting.items():
         if name.startswith(f"{objective.objective}: "):
             yield f"resting: {name.partition(': ')[2]}, for {seconds(max(0.0, until - among.stamp))} more"
+
+
+def has_ended(objective: ObjectiveStatus) -> bool:
+    """Return whether an objective is over, or its skill is."""
+    return objective.ended or objective.progress is not Progress.INPROGRESS
 
 
 def quality_lines(objective: ObjectiveStatus) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Final
 
 from regraft.bus_schema.encoding import codec
@@ -14,6 +15,7 @@ from regraft.bus_schema.model.qualities.bounds import Bound, read_bounds
 from regraft.bus_schema.suggestions import no_such
 from regraft.cli.outcomes import BadInput
 from regraft.cli.terminal.values import assignments, line_of, read_located
+from regraft.component.errors import CallFailed
 from regraft.stack.yaml.nodes import Location, Node, locations_of, plain
 
 MAX_OBJECTIVES: Final = 100
@@ -65,18 +67,41 @@ def _number(place: str, value: object) -> float:
     return number
 
 
-def objectives_in(file: str) -> tuple[Objective, ...]:
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """The objectives that are asked for, and where the fields of a file are; ``is_list`` where it lists objectives."""
+
+    objectives: tuple[Objective, ...]
+    locations: Mapping[str, Location] = field(default_factory=dict)
+    is_list: bool = False
+
+    def at_fault(self, refused: CallFailed) -> CallFailed:
+        """Return a refusal with the field as it was typed, or with the line of the file."""
+        if not refused.field:
+            return refused
+        own = refused.field if self.is_list else refused.field.removeprefix(f"{OBJECTIVES}.0.")
+        return CallFailed(
+            line_of(own.split("."), self.locations) or refused.service,
+            refused.answer,
+            refused.problem,
+            code=refused.code,
+            field=own,
+            retry_after=refused.retry_after,
+        )
+
+
+def objectives_in(file: str) -> Wanted:
     """Return the objectives in a YAML or JSON file, ``-`` for standard input; raises BadInput with file and line."""
     node = read_located(file)
     if not isinstance(node.value, dict):
         raise BadInput(f"{node.location}: is {node.kind}, must be an objective, or a map with a list {OBJECTIVES!r}")
     if OBJECTIVES not in node.value:
-        return (_objective(node),)
+        return Wanted((_objective(node),), locations_of(node))
     _refuse_unknown(node, (OBJECTIVES,))
     listed = node.value[OBJECTIVES]
     if not isinstance(listed.value, tuple) or not 1 <= len(listed.value) <= MAX_OBJECTIVES:
         raise BadInput(f"{listed.location}: {OBJECTIVES}: must be a list of 1 to {MAX_OBJECTIVES} objectives")
-    return tuple(_objective(each) for each in listed.value)
+    return Wanted(tuple(_objective(each) for each in listed.value), locations_of(node), is_list=True)
 
 
 def _objective(node: Node) -> Objective:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, Final
 from urllib.parse import quote
 
@@ -152,24 +152,33 @@ def routes(metacontrollers: Metacontrollers, prefix: str) -> APIRouter:
         """
         wanted = _objectives(body)
         request = built(ObjectivesRequest, wanted, by.actor, by.wait)
-        found = metacontrollers.change(by.planner, by.robot, ADD, request, ObjectivesStatus)
+        try:
+            found = metacontrollers.change(by.planner, by.robot, ADD, request, ObjectivesStatus)
+        except Problem as problem:
+            raise problem if "objectives" in body else _of_single(problem) from None
         if len(wanted) == 1:
             name = wanted[0].name or wanted[0].skill
             response.headers["Location"] = f"{prefix}/objectives/{quote(name, safe='')}"
         return found
 
-    @router.delete("/objectives/{name}", response_description="Its end", responses=declared(404, 409, 422, 503))
+    @router.delete(
+        "/objectives/{name}",
+        response_description="The objectives that are left",
+        responses=declared(404, 409, 422, 503),
+    )
     def cancel_objective(name: Name, by: Acting) -> Shown[ObjectivesStatus]:
-        """End an objective; the answer waits until its components rest."""
+        """End an objective; the answer has those that are left, and waits until its components rest."""
         request = ObjectivesCancellation(name, "", by.actor, by.wait)
         return metacontrollers.change(by.planner, by.robot, CANCEL, request, ObjectivesStatus)
 
-    @router.delete("/objectives", response_description="Their end", responses=declared(404, 409, 422, 503))
+    @router.delete(
+        "/objectives", response_description="The objectives that are left", responses=declared(404, 409, 422, 503)
+    )
     def cancel_task(
         task: Annotated[str, Query(description="The task whose objectives end", min_length=1, max_length=200)],
         by: Acting,
     ) -> Shown[ObjectivesStatus]:
-        """End all objectives of a task; the answer waits until their components rest."""
+        """End all objectives of a task; the answer has those that are left, and waits until their components rest."""
         request = ObjectivesCancellation("", task, by.actor, by.wait)
         return metacontrollers.change(by.planner, by.robot, CANCEL, request, ObjectivesStatus)
 
@@ -237,6 +246,13 @@ def _objectives(body: JsonObject) -> tuple[Objective, ...]:
     if "skill" not in body:
         raise _invalid("skill", "is missing: give a skill, or objectives")
     return (built(Objective, **body),)
+
+
+def _of_single(problem: Problem) -> Problem:
+    """Return a refusal with the fields of the only objective, as its body has them."""
+    place = "objectives.0."
+    own = [replace(each, field=each.field.removeprefix(place)) for each in problem.violations]
+    return Problem(problem.kind, problem.detail.removeprefix(place), own, headers=problem.headers)
 
 
 def _invalid(field: str, problem: str) -> Problem:

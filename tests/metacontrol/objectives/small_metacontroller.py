@@ -110,7 +110,7 @@ class SmallMetacontroller(Component):
 
     @service("planners/{name}/objectives/cancel")
     def cancel(self, request: ObjectivesCancellation) -> ObjectivesStatus:
-        """End objectives."""
+        """End objectives; answer with those that are left."""
         if request.objective:
             names = [self._existing(request.objective)]
         else:
@@ -118,7 +118,9 @@ class SmallMetacontroller(Component):
             if not names:
                 tasks = {known.task for known in self.known.values()}
                 raise RequestRefused(no_such("task", request.task, tasks), RefusalCode.NOT_FOUND, field="task")
-        return ObjectivesStatus(self.kit.now(), self.context, tuple(map(self.end, names)), CONTEXTS)
+        for name in names:
+            self.end(name)
+        return self._status(list(self.known))
 
     @service("planners/{name}/objectives/report")
     def report(self, request: ProgressReport) -> ObjectiveStatus:

@@ -106,7 +106,8 @@ def test_a_file_adds_all_of_its_objectives_or_none(system: System, tmp_path: Pat
     file.write_text(FILE.replace("name: ", "name: other_").replace("to_detect", "to_detekt"))
     refused = objective(system, "add", "--file", str(file))
     assert refused.returncode == 2
-    assert "objectives.1.skill: there is no skill 'to_detekt'; did you mean 'to_detect'?" in refused.stderr
+    place = f"{file}:6: objectives.1.skill"
+    assert refused.stderr == f"regraft: {place}: there is no skill 'to_detekt'; did you mean 'to_detect'?\n"
     assert len(system.ask("objective", "list")["objectives"]) == 2
     file.write_text("skill: to_navigate\nname: alone\n")
     assert system.ask("objective", "add", "--file", str(file))["objectives"][0]["objective"] == "alone"
@@ -190,7 +191,9 @@ def test_objectives_end_by_name_by_task_or_by_their_result(system: System, tmp_p
     file.write_text(FILE)
     system.ask("objective", "add", "--file", str(file))
     system.ask("objective", "add", "to_navigate")
-    assert len(system.ask("objective", "cancel", "--task", "patrol")["objectives"]) == 2
+    system.ask("objective", "add", "to_navigate", "--name", "three")
+    assert objective(system, "cancel", "--task", "patrol").stdout == "the task patrol is cancelled\n"
+    assert objective(system, "cancel", "three").stdout == "three is cancelled\n"
     assert objective(system, "report", "to_navigate", "near").stdout == "to_navigate: INPROGRESS\n"
     wrong = objective(system, "report", "to_navigate", "OKAY")
     assert (wrong.returncode, "there is no result 'OKAY'" in wrong.stderr) == (2, True)
