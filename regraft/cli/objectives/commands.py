@@ -31,6 +31,7 @@ from regraft.cli.objectives.showing import has_ended, show_details, show_list
 from regraft.cli.objectives.typed import Wanted, bounds, curves, objectives_in, weights
 from regraft.cli.outcomes import FAILED, BadInput
 from regraft.cli.running_system import reached, user
+from regraft.cli.terminal.numbers import number
 from regraft.cli.terminal.options import JsonOption, RobotOption, SystemOption, TimeoutOption
 from regraft.cli.terminal.output import complain, say, show_json, show_table
 from regraft.cli.terminal.values import assignments, value_of
@@ -44,6 +45,7 @@ objective = typer.Typer(
 
 PROVIDED_TIMEOUT = 60.0
 """Seconds for realizations to be entered, or to be left for rest."""
+MAX_PRIORITY = 1e6
 PlannerOption = Annotated[
     str, typer.Option("--planner", metavar="NAME", help="The metacontroller; needed only if there are several.")
 ]
@@ -64,7 +66,15 @@ def add(
         str, typer.Option("--file", metavar="FILE", help="Objectives in YAML or JSON in place of SKILL; - for input.")
     ] = "",
     name: Annotated[str, typer.Option("--name", metavar="NAME", help="Its name; by default the skill's.")] = "",
-    priority: Annotated[float, typer.Option("--priority", help="A higher one is decided first.")] = 0.0,
+    priority: Annotated[
+        float,
+        typer.Option(
+            "--priority",
+            metavar="NUMBER",
+            parser=number(-MAX_PRIORITY, MAX_PRIORITY),
+            help="A higher one is decided first.",
+        ),
+    ] = 0.0,
     always_improve: Annotated[
         bool, typer.Option("--always-improve", help="Change for a better realization, also without an error.")
     ] = False,
@@ -193,7 +203,7 @@ def explain(
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show what spoke for and against each realization in the latest decision."""
+    """Show the reasons for and against each realization in the latest decision."""
     with reached(ctx, system) as there:
         meant = planner_meant(there, planner, robot)
         found = ask(there, meant, EXPLAIN, ExplanationQuery(name), Explanation)

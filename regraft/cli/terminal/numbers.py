@@ -28,6 +28,19 @@ def seconds(least: float, most: float = LONGEST) -> Callable[[str | float], floa
     return parse
 
 
+def number(least: float, most: float) -> Callable[[str | float], float]:
+    """Return a parser of a number."""
+
+    def parse(text: str | float) -> float:
+        value = _scalar(text)
+        if not _is_number(value) or math.isnan(value):
+            raise typer.BadParameter(f"is {_shown(text)}, must be a number")
+        _check(text, value, least, most)
+        return float(value)
+
+    return parse
+
+
 def whole(least: int, most: int = INT64 - 1) -> Callable[[str | int], int]:
     """Return a parser of a whole number."""
 

@@ -226,7 +226,7 @@ def _add_reading(router: APIRouter, metacontrollers: Metacontrollers) -> None:
         "/objectives/{name}/explanation", response_description="The explanation", responses=declared(404, 422, 503)
     )
     def explain_objective(name: Name, planner: OfPlanner = "", robot: OfRobot = "") -> Shown[Explanation]:
-        """What spoke for and against each realization in the latest decision, as text and as data."""
+        """The reasons for and against each realization in the latest decision, as text and as data."""
         return metacontrollers.ask(planner, robot, EXPLAIN, ExplanationQuery(name), Explanation)
 
     @router.get("/planners/{name}/context", response_description="The context", responses=declared(404, 422, 503))

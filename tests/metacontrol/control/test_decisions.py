@@ -85,7 +85,9 @@ def test_a_required_skill_is_provided_in_the_same_adaptation_and_ends_with_it(tm
             ("dock", "docking", ""),
             ("dock/docking_requires_to_navigate", "performance", "dock"),
         ]
-        assert [sorted(each) for each in await director.entered()] == [["to_navigate.performance", "to_recharge.docking"]]
+        assert [sorted(each) for each in await director.entered()] == [
+            ["to_navigate.performance", "to_recharge.docking"]
+        ]
         await director.break_part("laser")
         await director.wait(1.0)
         assert [each.realization for each in (await director.all()).objectives] == ["docking", "degraded"]

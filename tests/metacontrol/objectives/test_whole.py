@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import os
+import re
+import shlex
 import signal
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,8 +15,10 @@ import httpx
 import pytest
 
 from tests.cli.live import System, regraft
+from tests.docs.test_docs import blocks
 from tests.executor.helpers import tree
 from tests.metacontrol.control.bench import write
+from tests.support.paths import ROOT
 from tests.support.waiting import wait_for, wait_until
 
 MORE = """\
@@ -25,6 +30,7 @@ OBJECTIVE = (
     '<Objective name="patrol" skill="to_navigate" requirements="safety >= 0.5, energy: 0.5" task="rounds" '
     'status="{state}" realization_out="{realization}">{}</Objective>'
 )
+PAGE = ROOT / "docs" / "metacontrol.md"
 DRIVE = '<NavigateTo name="drive" x="1" y="2"/>'
 
 
@@ -81,6 +87,21 @@ def test_an_objective_of_a_command_is_provided_explained_and_ended(system: Syste
     assert "energy       0.5                 0.5" in lines
     assert regraft(system.home, "objective", "cancel", "patrol").returncode == 0
     assert system.components()["controller"]["state"] == "inactive"
+
+
+def test_the_commands_on_the_page_show_what_it_shows(system: System) -> None:
+    (console,) = blocks(PAGE, "console", "patrol")
+    for part in console.split("$ regraft ")[1:]:
+        command, *expected = part.splitlines()
+        shown = regraft(system.home, *shlex.split(command)).stdout
+        assert re.sub(r"for [0-9.]+ m?s", "for 0.2 s", shown).splitlines() == expected
+
+
+def test_the_body_on_the_page_is_taken(system: System) -> None:
+    (body,) = blocks(PAGE, "json")
+    url = system.ask("ps")["systems"][0]["gateway"]
+    created = httpx.post(f"{url}/objectives", json=json.loads(body), timeout=30.0, verify=False)
+    assert created.status_code == 201, created.text
 
 
 def test_a_comparison_against_the_direction_of_its_quality_is_refused_and_is_no_part_of_equality(
