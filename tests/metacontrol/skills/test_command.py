@@ -1,4 +1,4 @@
-"""``regraft skills`` reports with places and codes, ends with 0 or 2, and writes three files."""
+"""``regraft skills`` reports with places and codes, ends with 0 or 2, and writes four files."""
 
 from __future__ import annotations
 
@@ -94,15 +94,16 @@ def test_check_compares_with_a_stack(regraft: Regraft, file: Path) -> None:
     assert regraft("skills", "check", str(file), "--stack", "nix.yaml").exit_code == 2
 
 
-def test_generate_writes_three_files_that_their_readers_take(regraft: Regraft, tmp_path: Path) -> None:
+def test_generate_writes_four_files_that_their_readers_take(regraft: Regraft, tmp_path: Path) -> None:
     done = regraft("skills", "generate", str(LIBRARY / "navigation.skills"), "--out", str(tmp_path / "out"))
     assert done.exit_code == 0, done.stderr
     assert sorted(each.name for each in (tmp_path / "out").iterdir()) == [
         "individuals.owl",
         "observed_components.yaml",
+        "observed_qualities.yaml",
         "system_modes.yaml",
     ]
-    for name in ("system_modes.yaml", "observed_components.yaml"):
+    for name in ("system_modes.yaml", "observed_components.yaml", "observed_qualities.yaml"):
         assert yaml.safe_load((tmp_path / "out" / name).read_text())
     assert len(rdflib.Graph().parse(tmp_path / "out" / "individuals.owl", format="xml")) > 60
 

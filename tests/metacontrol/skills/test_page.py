@@ -38,7 +38,7 @@ def test_the_commands_on_the_page_show_what_it_shows(folder: Path) -> None:
         assert (done.exit_code, done.stdout.splitlines()) == (0, expected)
 
 
-def test_the_page_generates_three_files(folder: Path) -> None:
+def test_the_page_generates_four_files(folder: Path) -> None:
     assert Regraft()("skills", "generate", "rover.skills", "--out", "made").exit_code == 0
     named = [name for name in PAGE.read_text().split("`") if name.endswith((".yaml", ".owl"))]
     assert {each.name for each in (folder / "made").iterdir()} == set(named)

@@ -51,7 +51,7 @@ def check(file: FileArgument, stack: StackOption = None, as_json: JsonOption = F
 @skills.command("generate")
 def generate(
     file: FileArgument,
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder of the three files.")],
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder of the four files.")],
     stack: StackOption = None,
     one_system: Annotated[
         str, typer.Option("--one-system", metavar="NAME", help="One system with all modes, instead of one a skill.")
@@ -66,7 +66,7 @@ def generate(
         str, typer.Option("--domain", metavar="IRI", help="The namespace of the individuals.")
     ] = PUBLISHED.domain,
 ) -> None:
-    """Write modes for system_modes, the components to observe, and individuals for an ontology."""
+    """Write modes for system_modes, components and qualities to observe, and individuals for an ontology."""
     namespaces = _namespaces(tomasys, mros, domain)
     checked = _right(file, stack)
     _check_system(one_system, checked)

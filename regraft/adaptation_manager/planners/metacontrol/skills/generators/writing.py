@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.observed_components import observed_components
+from regraft.adaptation_manager.planners.metacontrol.skills.generators.observed_qualities import observed_qualities
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.owl import individuals
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.rdf_lines import PUBLISHED, Namespaces
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.system_modes import system_modes
@@ -18,6 +19,7 @@ from regraft.adaptation_manager.planners.metacontrol.skills.model import SkillSe
 
 SYSTEM_MODES: Final = "system_modes.yaml"
 OBSERVED_COMPONENTS: Final = "observed_components.yaml"
+OBSERVED_QUALITIES: Final = "observed_qualities.yaml"
 INDIVIDUALS: Final = "individuals.owl"
 TEMPORARY: Final = ".regraft-skills-"
 
@@ -27,6 +29,7 @@ def generated(skills: SkillSet, namespaces: Namespaces = PUBLISHED, one_system: 
     return {
         SYSTEM_MODES: system_modes(skills, one_system),
         OBSERVED_COMPONENTS: observed_components(skills),
+        OBSERVED_QUALITIES: observed_qualities(skills),
         INDIVIDUALS: individuals(skills, namespaces).text,
     }
 

@@ -1,0 +1,94 @@
+"""The condition of one observed component over time: normal, failed, recovered (MROS, section II-A)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from regraft.bus_schema.annotations import PlainValue
+
+
+class ComponentStatus(StrEnum):
+    """The reported status of a component; one that has not failed yet has none."""
+
+    NORMAL = ""
+    FAILED = "FALSE"
+    RECOVERED = "RECOVERED"
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What speaks for or against a component: ``failed`` None is not known."""
+
+    failed: bool | None
+    why: str = ""
+
+
+UNKNOWN = Evidence(None)
+
+
+@dataclass(frozen=True, slots=True)
+class Delays:
+    """Seconds: how long evidence has to last before the status changes, and how long a failed sensor rests.
+
+    ``presumed_after`` is the time without activity after which a sensor's failure is presumed to be over; 0: never.
+    """
+
+    failed_after: float
+    recovered_after: float
+    sensor_grace: float
+    presumed_after: float
+
+
+class Condition:
+    """What is known of one component."""
+
+    def __init__(self, remembered: PlainValue = None) -> None:
+        """Begin as normal, or as an earlier run of the observer has ``remembered`` it."""
+        known = remembered if isinstance(remembered, dict) else {}
+        self.status = ComponentStatus(known.get("status", ""))
+        self.why: str = known.get("why", "")
+        self._sensor: str = known.get("sensor", "")
+        self._differs_since: float | None = None
+        self._active_since: float | None = None
+        self._idle_since: float | None = None
+
+    def remembered(self) -> PlainValue:
+        """Return what a further run of the observer continues with."""
+        return {"status": self.status.value, "why": self.why, "sensor": self._sensor}
+
+    def see(self, now: float, is_active: bool, life: Evidence, sensor: Evidence, delays: Delays) -> bool:
+        """Take evidence in, at a time in seconds; return whether the status has changed.
+
+        ``life`` is that of the lifecycle and the process. ``sensor`` counts only while the component is active: one
+        that an adaptation has deactivated is silent, and not failed.
+        """
+        self._see_sensor(now, is_active, sensor, delays)
+        if self._sensor and not life.failed:
+            life = Evidence(True, self._sensor)
+        if life.failed is None or life.failed == (self.status is ComponentStatus.FAILED):
+            self._differs_since = None
+            return False
+        if self._differs_since is None:
+            self._differs_since = now
+        if now - self._differs_since < (delays.failed_after if life.failed else delays.recovered_after):
+            return False
+        self._differs_since = None
+        self.status = ComponentStatus.FAILED if life.failed else ComponentStatus.RECOVERED
+        self.why = life.why
+        return True
+
+    def _see_sensor(self, now: float, is_active: bool, sensor: Evidence, delays: Delays) -> None:
+        if is_active:
+            self._idle_since = None
+            if self._active_since is None:
+                self._active_since = now
+            # Silence from before the activation is no failure: what watches the sensor needs time to hear it.
+            if sensor.failed is False or (sensor.failed and now - self._active_since >= delays.sensor_grace):
+                self._sensor = sensor.why if sensor.failed else ""
+            return
+        self._active_since = None
+        if self._idle_since is None:
+            self._idle_since = now
+        if delays.presumed_after and now - self._idle_since >= delays.presumed_after:
+            self._sensor = ""

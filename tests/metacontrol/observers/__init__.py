@@ -1,0 +1,1 @@
+"""Observers: what they publish, and when."""

@@ -1,0 +1,218 @@
+"""The observer of components reports failures and recoveries, once each and then again now and then."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from regraft import State
+from regraft.bus_schema.messages.management.system import SystemFaultKind
+from regraft.bus_schema.model.lifecycle import Transition
+from regraft.services.observers.component_observer import ComponentObserver
+from tests.metacontrol.observers.scene import Scene, scene, written
+
+KINDS = [SystemFaultKind.FAILED, SystemFaultKind.DIED, SystemFaultKind.HUNG, SystemFaultKind.QUARANTINED]
+PICTURES = {"sensors": [{"topic": "picture", "component": "camera"}]}
+
+
+@pytest.fixture
+def seen(tmp_path: Path) -> Iterator[Scene]:
+    """Return a system that is observed, 8 s after its start."""
+    with scene(ComponentObserver, observed=written(tmp_path), period=1000.0, **PICTURES) as made:
+        made.run(8.0)
+        assert made.news() == []
+        yield made
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_fault_is_a_failure_until_it_is_over(seen: Scene, kind: SystemFaultKind) -> None:
+    seen.faults["camera"] = kind
+    seen.run(3.0)
+    assert seen.news() == [("error", "Component status", {"camera": "FALSE"})]
+    seen.faults.clear()
+    seen.run(3.0)
+    assert seen.news() == [("ok", "Component status", {"camera": "RECOVERED"})]
+    assert [(event.kind, event.subject) for event in seen.rig.events if event.kind.startswith("observer.")] == [
+        ("observer.failed", "observer"),
+        ("observer.recovered", "observer"),
+    ]
+
+
+def test_an_exception_in_a_handler_is_no_failure(seen: Scene) -> None:
+    seen.faults["camera"] = SystemFaultKind.RAISED
+    seen.run(3.0)
+    assert seen.news() == []
+
+
+@pytest.mark.parametrize("state", [None, State.ERROR_PROCESSING, State.FINALIZED])
+def test_a_component_without_a_run_or_in_an_error_has_failed(seen: Scene, state: State | None) -> None:
+    seen.states["laser"] = state
+    seen.run(3.0)
+    assert seen.statuses() == [("laser", "FALSE")]
+
+
+def test_a_component_that_is_removed_has_failed(seen: Scene) -> None:
+    del seen.states["laser"]
+    seen.run(3.0)
+    assert seen.statuses() == [("laser", "FALSE")]
+
+
+@pytest.mark.parametrize("state", [State.INACTIVE, State.UNCONFIGURED, State.DEACTIVATING])
+def test_a_component_that_an_adaptation_deactivated_has_not_failed(seen: Scene, state: State) -> None:
+    seen.states["camera"] = state
+    seen.run(5.0)
+    assert seen.news() == []
+
+
+def test_a_component_may_take_its_time_to_start(tmp_path: Path) -> None:
+    with scene(ComponentObserver, observed=written(tmp_path), first_within=4.0) as made:
+        made.states["camera"] = None
+        made.run(3.5)
+        assert made.news() == []
+        made.run(2.0)
+        assert ("camera", "FALSE") in made.statuses()
+
+
+def test_what_is_over_at_once_is_neither_failure_nor_recovery(tmp_path: Path) -> None:
+    with scene(ComponentObserver, observed=written(tmp_path), failed_after=1.2, recovered_after=1.2) as made:
+        made.run(6.0)
+        made.faults["camera"] = SystemFaultKind.DIED
+        made.run(1.0)
+        made.faults.clear()
+        made.run(3.0)
+        assert made.news() == []
+        made.faults["camera"] = SystemFaultKind.DIED
+        made.run(2.0)
+        made.faults.clear()
+        made.run(1.0)
+        made.faults["camera"] = SystemFaultKind.DIED
+        made.run(2.0)
+        assert set(made.statuses()) == {("camera", "FALSE")}
+
+
+def test_who_comes_later_is_informed_of_all_that_has_changed(tmp_path: Path) -> None:
+    with scene(ComponentObserver, observed=written(tmp_path), period=2.0) as made:
+        made.faults["camera"] = SystemFaultKind.DIED
+        made.run(4.0)
+        made.news()
+        made.run(6.0)
+        assert made.statuses() == [("camera", "FALSE")] * 3
+
+
+def test_a_faulty_sensor_is_a_failure_of_its_component(seen: Scene) -> None:
+    seen.has_monitor = True
+    seen.run(4.0)
+    seen.sensors["picture"] = "black"
+    seen.run(2.0)
+    assert seen.statuses() == [("camera", "FALSE")]
+    seen.sensors.clear()
+    seen.run(3.0)
+    assert seen.statuses() == [("camera", "RECOVERED")]
+
+
+def test_a_sensor_that_nobody_answers_for_is_no_failure(seen: Scene) -> None:
+    seen.has_monitor = True
+    seen.sensors["scan"] = "silent"
+    seen.run(6.0)
+    assert seen.news() == []
+
+
+def test_a_fault_that_is_ignored_is_no_failure(seen: Scene) -> None:
+    seen.has_monitor = True
+    seen.sensors["picture"] = "jumpy"
+    seen.run(6.0)
+    assert seen.news() == []
+
+
+def test_an_inactive_sensor_is_silent_and_has_not_failed(seen: Scene) -> None:
+    seen.has_monitor = True
+    seen.states["camera"] = State.INACTIVE
+    seen.run(2.0)
+    seen.sensors["picture"] = "silent"
+    seen.run(6.0)
+    assert seen.news() == []
+    seen.states["camera"] = State.ACTIVE
+    seen.run(2.0)
+    seen.sensors.clear()
+    seen.run(6.0)
+    assert seen.news() == []
+
+
+def test_a_sensor_that_stays_silent_after_its_activation_has_failed(seen: Scene) -> None:
+    seen.has_monitor = True
+    seen.states["camera"] = State.INACTIVE
+    seen.sensors["picture"] = "silent"
+    seen.run(2.0)
+    seen.states["camera"] = State.ACTIVE
+    seen.run(6.0)
+    assert seen.statuses() == [("camera", "FALSE")]
+
+
+def test_a_failed_sensor_that_is_deactivated_stays_failed(seen: Scene) -> None:
+    seen.has_monitor = True
+    seen.run(4.0)
+    seen.sensors["picture"] = "black"
+    seen.run(2.0)
+    seen.states["camera"] = State.INACTIVE
+    seen.sensors.clear()
+    seen.run(20.0)
+    assert seen.statuses() == [("camera", "FALSE")]
+
+
+def test_it_is_presumed_to_be_well_again_only_if_that_is_wanted(tmp_path: Path) -> None:
+    with scene(ComponentObserver, observed=written(tmp_path), period=100.0, presumed_after=5.0, **PICTURES) as made:
+        made.has_monitor = True
+        made.run(4.0)
+        made.sensors["picture"] = "black"
+        made.run(2.0)
+        made.states["camera"] = State.INACTIVE
+        made.run(4.5)
+        assert made.statuses() == [("camera", "FALSE")]
+        made.run(3.0)
+        assert made.statuses() == [("camera", "RECOVERED")]
+
+
+def test_old_news_of_sensors_change_nothing(seen: Scene) -> None:
+    seen.has_monitor = True
+    seen.run(4.0)
+    seen.has_monitor = False
+    seen.run(6.0)
+    assert seen.news() == []
+
+
+def test_an_inactive_observer_publishes_nothing_and_continues_with_what_it_knew(seen: Scene) -> None:
+    seen.faults["camera"] = SystemFaultKind.DIED
+    seen.run(2.0)
+    seen.rig.transition("observer", Transition.DEACTIVATE)
+    seen.news()
+    seen.faults.clear()
+    seen.run(2.0)
+    assert seen.news() == []
+    seen.rig.transition("observer", Transition.ACTIVATE)
+    seen.run(3.0)
+    assert seen.statuses()[-1] == ("camera", "RECOVERED")
+
+
+def test_a_further_run_continues_with_what_the_earlier_one_knew(seen: Scene) -> None:
+    seen.faults["camera"] = SystemFaultKind.DIED
+    seen.run(2.0)
+    earlier = seen.rig.runtimes["observer"].component
+    assert isinstance(earlier, ComponentObserver)
+    known = earlier.snapshot()
+    seen.rig.transition("observer", Transition.DEACTIVATE)
+    seen.faults.clear()
+    later = seen.rig.add(ComponentObserver, "later", {"observed": earlier.observed}, state=State.INACTIVE)
+    later.restore(known)
+    seen.rig.transition("later", Transition.ACTIVATE)
+    seen.news()
+    seen.run(3.0)
+    assert seen.statuses()[-1] == ("camera", "RECOVERED")
+
+
+def test_it_measures_how_many_have_failed(seen: Scene) -> None:
+    seen.faults = {"camera": SystemFaultKind.DIED, "laser": SystemFaultKind.HUNG}
+    measured = seen.rig.collect_qualities("observer")
+    seen.run(3.0)
+    assert measured[-1].values == {"failures": 2.0}
