@@ -38,11 +38,10 @@ def _seconds(default: float, description: str) -> Parameter[float]:
 
 
 class ComponentObserver(Component):
-    """Publishes ``Component status`` diagnostics of the observed components: ``FALSE`` and ``RECOVERED``.
+    """Publishes ``Component status`` diagnostics of the observed components: ``TRUE``, ``FALSE`` and ``RECOVERED``.
 
     A component has failed when it leaves its state by itself, when its process ends or hangs, when it is quarantined,
-    and when a sensor whose topic it writes is reported as faulty. One that an adaptation has deactivated has not. Of a
-    component that has never failed nothing is published.
+    and when a sensor whose topic it writes is reported as faulty. One that an adaptation has deactivated has not.
     """
 
     resources = Resources(cpu=0.01, memory=25.0)
@@ -152,7 +151,7 @@ class ComponentObserver(Component):
             changed = condition.see(now, is_active, life, sensor, delays)
             if changed:
                 self._report(component, condition)
-            if changed or (repeats and condition.status is not ComponentStatus.NORMAL):
+            if changed or (repeats and condition.status is not ComponentStatus.UNKNOWN):
                 self._publish(self._names[component], condition, now)
 
     def evaluate(self) -> dict[str, float]:
@@ -168,7 +167,7 @@ class ComponentObserver(Component):
     def _report(self, component: str, condition: Condition) -> None:
         if condition.status is ComponentStatus.FAILED:
             self.kit.event("observer.failed", f"{component} has failed: {condition.why}", component=component)
-        else:
+        elif condition.status is ComponentStatus.RECOVERED:
             self.kit.event("observer.recovered", f"{component} has recovered", component=component)
 
     def _publish(self, name: str, condition: Condition, now: float) -> None:

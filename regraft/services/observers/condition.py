@@ -9,9 +9,10 @@ from regraft.bus_schema.annotations import PlainValue
 
 
 class ComponentStatus(StrEnum):
-    """The reported status of a component; one that has not failed yet has none."""
+    """The reported status of a component, in MROS's words; ``UNKNOWN`` is not reported."""
 
-    NORMAL = ""
+    UNKNOWN = ""
+    NORMAL = "TRUE"
     FAILED = "FALSE"
     RECOVERED = "RECOVERED"
 
@@ -44,7 +45,7 @@ class Condition:
     """What is known of one component."""
 
     def __init__(self, remembered: PlainValue = None) -> None:
-        """Begin as normal, or as an earlier run of the observer has ``remembered`` it."""
+        """Begin as unknown, or as an earlier run of the observer has ``remembered`` it."""
         known = remembered if isinstance(remembered, dict) else {}
         self.status = ComponentStatus(known.get("status", ""))
         self.why: str = known.get("why", "")
@@ -66,6 +67,9 @@ class Condition:
         self._see_sensor(now, is_active, sensor, delays)
         if self._sensor and not life.failed:
             life = Evidence(True, self._sensor)
+        if life.failed is False and self.status is ComponentStatus.UNKNOWN:
+            self.status = ComponentStatus.NORMAL
+            return True
         if life.failed is None or life.failed == (self.status is ComponentStatus.FAILED):
             self._differs_since = None
             return False

@@ -22,7 +22,7 @@ def seen(tmp_path: Path) -> Iterator[Scene]:
     """Return a system that is observed, 8 s after its start."""
     with scene(ComponentObserver, observed=written(tmp_path), period=1000.0, **PICTURES) as made:
         made.run(8.0)
-        assert made.news() == []
+        assert made.statuses() == [("camera", "TRUE"), ("laser", "TRUE")]
         yield made
 
 
@@ -70,7 +70,7 @@ def test_a_component_may_take_its_time_to_start(tmp_path: Path) -> None:
     with scene(ComponentObserver, observed=written(tmp_path), first_within=4.0) as made:
         made.states["camera"] = None
         made.run(3.5)
-        assert made.news() == []
+        assert set(made.statuses()) == {("laser", "TRUE")}
         made.run(2.0)
         assert ("camera", "FALSE") in made.statuses()
 
@@ -82,14 +82,16 @@ def test_what_is_over_at_once_is_neither_failure_nor_recovery(tmp_path: Path) ->
         made.run(1.0)
         made.faults.clear()
         made.run(3.0)
-        assert made.news() == []
+        assert set(made.statuses()) == {("camera", "TRUE"), ("laser", "TRUE")}
         made.faults["camera"] = SystemFaultKind.DIED
         made.run(2.0)
         made.faults.clear()
         made.run(1.0)
         made.faults["camera"] = SystemFaultKind.DIED
         made.run(2.0)
-        assert set(made.statuses()) == {("camera", "FALSE")}
+        found = made.statuses()
+        assert ("camera", "RECOVERED") not in found
+        assert ("camera", "FALSE") in found
 
 
 def test_who_comes_later_is_informed_of_all_that_has_changed(tmp_path: Path) -> None:
@@ -98,7 +100,7 @@ def test_who_comes_later_is_informed_of_all_that_has_changed(tmp_path: Path) -> 
         made.run(4.0)
         made.news()
         made.run(6.0)
-        assert made.statuses() == [("camera", "FALSE")] * 3
+        assert made.statuses() == [("camera", "FALSE"), ("laser", "TRUE")] * 3
 
 
 def test_a_faulty_sensor_is_a_failure_of_its_component(seen: Scene) -> None:
@@ -166,6 +168,7 @@ def test_it_is_presumed_to_be_well_again_only_if_that_is_wanted(tmp_path: Path) 
         made.has_monitor = True
         made.run(4.0)
         made.sensors["picture"] = "black"
+        made.news()
         made.run(2.0)
         made.states["camera"] = State.INACTIVE
         made.run(4.5)
@@ -192,7 +195,7 @@ def test_an_inactive_observer_publishes_nothing_and_continues_with_what_it_knew(
     assert seen.news() == []
     seen.rig.transition("observer", Transition.ACTIVATE)
     seen.run(3.0)
-    assert seen.statuses()[-1] == ("camera", "RECOVERED")
+    assert ("camera", "RECOVERED") in seen.statuses()
 
 
 def test_a_further_run_continues_with_what_the_earlier_one_knew(seen: Scene) -> None:
@@ -208,7 +211,7 @@ def test_a_further_run_continues_with_what_the_earlier_one_knew(seen: Scene) -> 
     seen.rig.transition("later", Transition.ACTIVATE)
     seen.news()
     seen.run(3.0)
-    assert seen.statuses()[-1] == ("camera", "RECOVERED")
+    assert ("camera", "RECOVERED") in seen.statuses()
 
 
 def test_it_measures_how_many_have_failed(seen: Scene) -> None:

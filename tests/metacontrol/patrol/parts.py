@@ -6,11 +6,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from regraft import CallFailed, Component, Parameter, Quality, RequestRefused, every, service
+from regraft import CallFailed, Component, Parameter, Quality, Records, RequestRefused, every, service
 from regraft.bus_schema.encoding.registry import message
-from regraft.bus_schema.messages.sensors import LightLevel
-from regraft.component.ports import Output
-from regraft.lockstep.source import TimeSource
+from regraft.bus_schema.messages.management.objectives import Objective, ObjectivesRequest, ObjectivesStatus
 
 LOOK_EVERY = 0.1
 
@@ -31,15 +29,6 @@ class Measured:
 
     safety: float = -1.0
     energy: float = -1.0
-
-
-class World(TimeSource):
-    """Makes time continue, and nothing else."""
-
-    light = Output(LightLevel)
-
-    def advance(self, tick: int, seconds: float) -> None:
-        """Do nothing."""
 
 
 class Workshop(Component):
@@ -74,6 +63,33 @@ class Workshop(Component):
         """Return what is measured."""
         found = {"safety": self._measured.safety, "energy": self._measured.energy}
         return {name: value for name, value in found.items() if value >= 0.0}
+
+
+@dataclass(frozen=True, slots=True)
+class Happening:
+    """A component breaks, or is mended, at a time (s)."""
+
+    at: float
+    component: str
+    well: bool = False
+
+
+class Schedule(Component):
+    """Gives the metacontroller an objective, and has the workshop break and mend components at given times."""
+
+    happenings = Records(Happening, "what happens when")
+
+    def on_activate(self) -> None:
+        """Begin."""
+        self.kit.spawn(self._act(), "acting")
+
+    async def _act(self) -> None:
+        objective = Objective("to_navigate", "patrol", {"safety": 0.5, "energy": 0.5})
+        request = ObjectivesRequest((objective,), self.kit.name)
+        await self.kit.call("planners/metacontrol/objectives/add", request, ObjectivesStatus, timeout=30.0)
+        for each in self.happenings:
+            await self.kit.sleep(each.at - self.kit.now())
+            await self.kit.call("workshop/set", Condition(each.component, each.well), Condition)
 
 
 class Part(Component):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.writing import generated, write_files
-from regraft.adaptation_manager.planners.metacontrol.skills.reading import LIBRARY, read_skills
+from regraft.adaptation_manager.planners.metacontrol.skills.reading import read_skills
 
 PARTS = "tests.metacontrol.patrol.parts"
 STACK = f"""\
@@ -13,14 +13,14 @@ system: tests
 clock: simulated
 speed: max
 seed: 1
-imports: [{PARTS}]
+imports: [{PARTS}, tests.modes.parts]
 topics:
-  light: {{type: regraft/LightLevel}}
+  ticks: {{type: modes/Sample}}
   diagnostics: {{type: regraft/Diagnostic, writers: many}}
   adaptations: {{type: regraft/AdaptationReport}}
   architecture: {{type: regraft/Architecture}}
 components:
-  world: {{class: '{PARTS}:World'}}
+  world: {{class: 'tests.modes.parts:World'}}
   workshop: {{class: '{PARTS}:Workshop'}}
   amcl: {{class: '{PARTS}:Localizer', state: inactive}}
   bt_navigator: {{class: '{PARTS}:Navigator', state: inactive}}
@@ -40,6 +40,10 @@ components:
         - {{quality: safety, measured: workshop.safety}}
         - {{quality: energy, measured: workshop.energy}}
     restart: {{limit: 100, window: 1, backoff: 0.01}}
+  metacontrol:
+    class: regraft.adaptation_manager.planners.metacontrol.metacontroller:Metacontroller
+    parameters: {{skills: patrol.skills}}
+    restart: {{limit: 100, window: 1, backoff: 0.01}}
   adaptation_manager:
     class: regraft.adaptation_manager.manager:AdaptationManager
     parameters: {{journal: $RUN/journal.sqlite}}
@@ -50,13 +54,33 @@ PATROL = ("amcl", "bt_navigator", "controller_server", "pointcloud_to_laser", "l
 REALIZATIONS = ("normal", "performance", "slow", "energy_saving", "degraded", "degraded_energy_save")
 
 
-def write(folder: Path, *, simulated: bool = True, more: str = "") -> Path:
-    """Return the stack file, in a folder with what is generated; ``more`` are further components."""
-    write_files(generated(read_skills(LIBRARY / "navigation.skills")), folder)
-    text = STACK.replace("modes: system", f"{more}modes: system")
+SCHEDULE = f"""\
+  summary: {{class: 'tests.modes.parts:Summary'}}
+  schedule:
+    class: '{PARTS}:Schedule'
+    parameters:
+      happenings:
+        - {{at: 3.0, component: laser_resender}}
+        - {{at: 6.0, component: battery}}
+        - {{at: 9.0, component: laser_resender, well: true}}
+        - {{at: 12.0, component: battery, well: true}}
+"""
+
+
+def write(folder: Path, *, simulated: bool = True, for_good: str = "") -> Path:
+    """Return the stack file, in a folder with what is generated.
+
+    Simulated time has a schedule of failures. The component ``for_good`` is not restarted when it ends.
+    """
+    skills = folder / "patrol.skills"
+    skills.write_text('import "navigation.skills"\n')
+    write_files(generated(read_skills(skills)), folder)
+    text = STACK.replace("modes: system", SCHEDULE + "modes: system") if simulated else STACK
     if not simulated:
         text = text.replace("clock: simulated\nspeed: max\n", "clock: real\n")
-        text = text.replace(f"  world: {{class: '{PARTS}:World'}}\n", "")
+        text = text.replace("  world: {class: 'tests.modes.parts:World'}\n", "")
+    if for_good:
+        text = text.replace(f"  {for_good}: {{", f"  {for_good}: {{restart: never, ")
     file = folder / "stack.yaml"
     file.write_text(text)
     return file
