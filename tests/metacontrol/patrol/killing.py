@@ -1,33 +1,37 @@
-"""Kills what decides, carries out and observes, in the middle of switches between realizations."""
+"""Kills what decides, carries out and observes, at each step of switches between realizations."""
 
 from __future__ import annotations
 
-import os
-import random
-import signal
-import time
-
+from regraft import run_directory
 from tests.metacontrol.patrol.running import Patrol
+from tests.support.waiting import wait_until
 
-VICTIMS = ("metacontrol", "adaptation_manager", "component_observer", "quality_observer")
-LONGEST = 0.6
-"""Seconds from the failure to the kill: by then, a switch is over that nobody disturbs."""
+VICTIMS = ("metacontrol", "adaptation_manager", "component_observer", "quality_observer", "amcl")
+DEGRADING = ("camera activate", "controller_server set", "amcl set", "pointcloud_to_laser activate")
+RETURNING = ("laser_resender configure", "laser_resender activate", "controller_server set", "amcl set")
+"""Steps of a switch, as the components come to them."""
 
 
-def switch_through_kills(patrol: Patrol, kills: int, seed: int) -> None:
-    """Break and mend the laser in turns, with a kill in each switch; after each, just one realization runs.
+def switch_through_kills(patrol: Patrol, kills: int) -> list[str]:
+    """Break and mend the laser in turns, with a kill at a step of each switch; after each, one realization runs whole.
 
-    What runs is read from the processes themselves: neither from the journal nor from the metacontroller.
+    What runs is read from the processes themselves: neither from the journal nor from the metacontroller. Return what
+    was killed, and at which step.
     """
-    chance = random.Random(seed)
+    file = run_directory.folder("tests") / "kills"
+    struck = []
     patrol.add()
     patrol.wait_for_realization("normal")
     for number in range(kills):
         victim = VICTIMS[number % len(VICTIMS)]
         run = patrol.wait_running(victim)
-        is_well = bool(number % 2)
-        patrol.put(laser_resender=is_well)
-        time.sleep(chance.uniform(0.0, LONGEST))
-        os.kill(run.pid, signal.SIGKILL)
+        steps = RETURNING if number % 2 else DEGRADING
+        step = steps[number // len(VICTIMS) % len(steps)]
+        import time; print(time.time(), number, victim, step, flush=True)
+        file.write_text(f"{step} {run.pid}")
+        patrol.put(laser_resender=bool(number % 2))
+        wait_until(lambda: not file.exists(), f"the step {step!r}")
+        struck.append(f"{victim} at {step}")
         patrol.wait_running(victim, run.incarnation + 1)
-        patrol.wait_for_realization("normal" if is_well else "degraded")
+        patrol.wait_for_realization("normal" if number % 2 else "degraded")
+    return struck

@@ -9,6 +9,7 @@ from typing import Any
 from regraft import CallFailed, Component, Parameter, Quality, Records, RequestRefused, every, service
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.messages.management.objectives import Objective, ObjectivesRequest, ObjectivesStatus
+from tests.modes.parts import Killer
 
 LOOK_EVERY = 0.1
 
@@ -92,12 +93,17 @@ class Schedule(Component):
             await self.kit.call("workshop/set", Condition(each.component, each.well), Condition)
 
 
-class Part(Component):
+class Part(Killer):
     """Fails by itself when it is active and broken, and recovers when the workshop has mended it."""
 
     def on_activate(self) -> None:
         """Begin to look whether it is broken."""
+        super().on_activate()
         self.kit.spawn(self._until_broken(), "until it breaks")
+
+    def on_parameters(self, changed: frozenset[str]) -> None:
+        """Kill as it is asked to when parameters are set."""
+        self.at(f"{self.kit.name} set")
 
     def on_error(self) -> None:
         """Wait until it is mended."""

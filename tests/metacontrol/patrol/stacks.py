@@ -22,13 +22,16 @@ topics:
 components:
   world: {{class: 'tests.modes.parts:World'}}
   workshop: {{class: '{PARTS}:Workshop'}}
-  amcl: {{class: '{PARTS}:Localizer', state: inactive}}
-  bt_navigator: {{class: '{PARTS}:Navigator', state: inactive}}
-  controller_server: {{class: '{PARTS}:Controller', state: inactive, parameters: {{FollowPath.max_vel_x: 0.2}}}}
-  pointcloud_to_laser: {{class: '{PARTS}:Beacon', state: inactive}}
-  laser_resender: {{class: '{PARTS}:Beacon', state: inactive}}
-  camera: {{class: '{PARTS}:Beacon', state: inactive}}
-  battery: {{class: '{PARTS}:Beacon', state: inactive}}
+  amcl: {{class: '{PARTS}:Localizer', state: inactive, parameters: {{kills: $RUN/kills}}}}
+  bt_navigator: {{class: '{PARTS}:Navigator', state: inactive, parameters: {{kills: $RUN/kills}}}}
+  controller_server:
+    class: '{PARTS}:Controller'
+    state: inactive
+    parameters: {{kills: $RUN/kills, FollowPath.max_vel_x: 0.2}}
+  pointcloud_to_laser: {{class: '{PARTS}:Beacon', state: inactive, parameters: {{kills: $RUN/kills}}}}
+  laser_resender: {{class: '{PARTS}:Beacon', state: inactive, parameters: {{kills: $RUN/kills}}}}
+  camera: {{class: '{PARTS}:Beacon', state: inactive, parameters: {{kills: $RUN/kills}}}}
+  battery: {{class: '{PARTS}:Beacon', state: inactive, parameters: {{kills: $RUN/kills}}}}
   component_observer:
     class: regraft.services.observers.component_observer:ComponentObserver
     parameters: {{observed: observed_components.yaml}}
@@ -42,7 +45,7 @@ components:
     restart: {{limit: 100, window: 1, backoff: 0.01}}
   metacontrol:
     class: regraft.adaptation_manager.planners.metacontrol.metacontroller:Metacontroller
-    parameters: {{skills: patrol.skills}}
+    parameters: {{skills: patrol.skills, first_rest: 1.0, longest_rest: 2.0}}
     restart: {{limit: 100, window: 1, backoff: 0.01}}
   adaptation_manager:
     class: regraft.adaptation_manager.manager:AdaptationManager

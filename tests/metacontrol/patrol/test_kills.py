@@ -15,9 +15,11 @@ from tests.support.waiting import PATIENCE
 
 @pytest.mark.parametrize("kills", [4, pytest.param(20, marks=[pytest.mark.evidence, pytest.mark.timeout(1800)])])
 def test_a_kill_in_a_switch_leaves_no_half_mode(patrol: Patrol, kills: int) -> None:
-    switch_through_kills(patrol, kills, seed=kills)
+    struck = switch_through_kills(patrol, kills)
     page = patrol.client.call(JOURNAL, JournalRequest(limit=500), JournalPage, PATIENCE)
     outcomes = Counter(line.outcome for line in page.entries if line.request.actor == "metacontrol")
-    print(f"{kills} kills: {', '.join(f'{each.value} {number}' for each, number in outcomes.items())}")
+    print(
+        f"{kills} kills: {', '.join(f'{each.value} {number}' for each, number in outcomes.items())}", *struck, sep="\n"
+    )
     assert Outcome.STUCK not in outcomes
     assert not [event for event in patrol.events if event.kind == "metacontrol.objective_lost"]
