@@ -151,7 +151,8 @@ class ComponentObserver(Component):
             changed = condition.see(now, is_active, life, sensor, delays)
             if changed:
                 self._report(component, condition)
-            if changed or (repeats and condition.status is not ComponentStatus.UNKNOWN):
+            # Where the evidence has just turned, a reader that sees it itself would be led back.
+            if changed or (repeats and condition.is_certain):
                 self._publish(self._names[component], condition, now)
 
     def evaluate(self) -> dict[str, float]:

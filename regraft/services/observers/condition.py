@@ -54,6 +54,11 @@ class Condition:
         self._active_since: float | None = None
         self._idle_since: float | None = None
 
+    @property
+    def is_certain(self) -> bool:
+        """Whether the latest evidence agrees with the status."""
+        return self.status is not ComponentStatus.UNKNOWN and self._differs_since is None
+
     def remembered(self) -> PlainValue:
         """Return what a further run of the observer continues with."""
         return {"status": self.status.value, "why": self.why, "sensor": self._sensor}

@@ -103,6 +103,18 @@ def test_who_comes_later_is_informed_of_all_that_has_changed(tmp_path: Path) -> 
         assert made.statuses() == [("camera", "FALSE"), ("laser", "TRUE")] * 3
 
 
+def test_what_may_be_over_is_not_repeated(tmp_path: Path) -> None:
+    with scene(ComponentObserver, observed=written(tmp_path), period=0.5, recovered_after=3.0) as made:
+        made.faults["camera"] = SystemFaultKind.DIED
+        made.run(4.0)
+        made.faults.clear()
+        made.news()
+        made.run(2.0)
+        assert {name for name, _ in made.statuses()} == {"laser"}
+        made.run(2.0)
+        assert ("camera", "RECOVERED") in made.statuses()
+
+
 def test_a_faulty_sensor_is_a_failure_of_its_component(seen: Scene) -> None:
     seen.has_monitor = True
     seen.run(4.0)

@@ -6,7 +6,7 @@ from regraft import run_directory
 from tests.metacontrol.patrol.running import Patrol
 from tests.support.waiting import wait_until
 
-VICTIMS = ("metacontrol", "adaptation_manager", "component_observer", "quality_observer", "amcl")
+VICTIMS = ("metacontrol", "adaptation_manager", "component_observer", "quality_observer")
 DEGRADING = ("camera activate", "controller_server set", "amcl set", "pointcloud_to_laser activate")
 RETURNING = ("laser_resender configure", "laser_resender activate", "controller_server set", "amcl set")
 """Steps of a switch, as the components come to them."""
@@ -27,7 +27,6 @@ def switch_through_kills(patrol: Patrol, kills: int) -> list[str]:
         run = patrol.wait_running(victim)
         steps = RETURNING if number % 2 else DEGRADING
         step = steps[number // len(VICTIMS) % len(steps)]
-        import time; print(time.time(), number, victim, step, flush=True)
         file.write_text(f"{step} {run.pid}")
         patrol.put(laser_resender=bool(number % 2))
         wait_until(lambda: not file.exists(), f"the step {step!r}")
