@@ -9,6 +9,7 @@ from regraft.adaptation_manager.planners.metacontrol.skills.generators.writing i
 from regraft.adaptation_manager.planners.metacontrol.skills.reading import checked_skills
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.model.adaptation import AdaptationReport, EnterMode
+from regraft.services.observers.evidence import topics_of
 from regraft.stack import load
 from tests.support.frog import run_frog
 from tests.support.paths import FROG
@@ -37,6 +38,11 @@ def test_the_generated_files_are_those_of_the_skills() -> None:
     assert checked.diagnostics == ()
     files = {file.name: file.read_text() for file in (FROG / "metacontrol").iterdir()}
     assert files == generated(checked.skills)
+
+
+def test_both_cameras_answer_for_the_topic_that_they_take_turns_to_write() -> None:
+    topics = topics_of(("camera", "corner_camera", "navigator"), load(STACK).architecture, {})
+    assert topics == {"camera": {"camera/image"}, "corner_camera": {"camera/image"}, "navigator": {"velocity"}}
 
 
 def test_a_black_camera_is_left_for_the_one_in_the_corner_and_equal_runs_are_equal(tmp_path: Path) -> None:

@@ -40,8 +40,8 @@ def _seconds(default: float, description: str) -> Parameter[float]:
 class ComponentObserver(Component):
     """Publishes ``Component status`` diagnostics of the observed components: ``TRUE``, ``FALSE`` and ``RECOVERED``.
 
-    A component has failed when it leaves its state by itself, when its process ends or hangs, when it is quarantined,
-    and when a sensor whose topic it writes is reported as faulty. One that an adaptation has deactivated has not.
+    A component has failed when it leaves its state by itself, or when its process ends, hangs or is quarantined. It
+    has failed, too, when a sensor is faulty whose topic it writes. One that an adaptation has deactivated has not.
     """
 
     resources = Resources(cpu=0.01, memory=25.0)
@@ -75,8 +75,7 @@ class ComponentObserver(Component):
     @classmethod
     def check_parameters(cls, parameters: dict[str, Any], seed: int) -> None:
         """Find what is wrong with the file, and topics that are given twice."""
-        if parameters["observed"]:
-            _read(parameters["observed"])
+        _read(parameters["observed"])
         topics = [sensor.topic for sensor in parameters["sensors"]]
         twice = [f"sensors.{i}.topic" for i, topic in enumerate(topics) if topic in topics[:i]]
         if twice:
@@ -87,8 +86,7 @@ class ComponentObserver(Component):
         """Find observed components and sensors' topics that are not there."""
         scope = scope_of(name, architecture.topics)
         problems = []
-        file = parameters["observed"]
-        for component, location in (_read(file) if file else {}).items():
+        for component, location in _read(parameters["observed"]).items():
             problem = _component_problem(component_in_scope(scope, component), architecture)
             if problem:
                 problems.append(("observed", f"{location}: {problem}"))

@@ -19,7 +19,7 @@ class ComponentStatus(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What speaks for or against a component: ``failed`` None is not known."""
+    """Whether a component has failed, and why; None is not known."""
 
     failed: bool | None
     why: str = ""
@@ -42,7 +42,7 @@ class Delays:
 
 
 class Condition:
-    """What is known of one component."""
+    """The condition of one component, by the evidence so far."""
 
     def __init__(self, remembered: PlainValue = None) -> None:
         """Begin as unknown, or as an earlier run of the observer has ``remembered`` it."""

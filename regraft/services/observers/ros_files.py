@@ -44,8 +44,6 @@ def _only(node: Node, path: str, name: str, report: Report) -> Node:
             report.add(f"{path}.{key}", f"there is no such field; {instead_of(key, [name])}")
     if not fields:
         report.add(path, f"is {node.kind}, must be a map with '{name}'")
-    elif name not in fields:
-        report.add(path, f"has no '{name}'")
     report.raise_if_any()
     return fields[name]
 
