@@ -110,3 +110,16 @@ def test_a_component_that_only_an_observer_knows_to_have_failed_is_left_until_it
         assert (await director.status("patrol")).realization == "normal"
 
     perform(tmp_path, script)
+
+
+def test_a_recovery_during_an_adaptation_is_left_for_the_next_decision(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        await director.add(PATROL)
+        director.report_component("laser", "FALSE")
+        director.report_component("laser", "RECOVERED")
+        director.report_component("laser", "FALSE")
+        director.report_component("laser", "RECOVERED")
+        await director.wait(1.0)
+        assert (await director.status("patrol")).realization == "normal"
+
+    perform(tmp_path, script)

@@ -276,7 +276,7 @@ class Metacontroller(Component):
                 if status != shown:
                     self.kit.feedback(status)
                     shown = status
-                if status.progress is not wire.Progress.INPROGRESS:
+                if status.ended:
                     return status
                 await self._news()
                 if name not in self._state.store:

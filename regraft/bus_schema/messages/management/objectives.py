@@ -12,9 +12,9 @@ A metacontroller NAME is a planner (`regraft.bus_schema.messages.planning`). It 
 
 It reads diagnostics (`regraft.bus_schema.messages.health.Diagnostic`) as MROS2's observers publish them. The text is
 ``Component status``, ``QA status``, ``binding error`` or ``Context status``, and ``values`` has one entry: the
-component with ``FALSE`` or ``RECOVERED``, the quality with its number, or ``context`` with its name. ``subject`` names
-the objective that was measured or whose grounding has the error. A measurement with an empty subject is one of all
-objectives.
+component with ``FALSE``, ``TRUE`` or ``RECOVERED``, the quality with its number, or ``context`` with its name.
+``subject`` names the objective that was measured or whose grounding has the error. A measurement with an empty subject
+is one of all objectives.
 """
 
 from __future__ import annotations

@@ -31,12 +31,16 @@ class Known:
 
 @dataclass(frozen=True, slots=True)
 class Decided:
-    """The conclusions, the plan, and the measured qualities that counted, by objective."""
+    """The conclusions, the plan, and the measured qualities that counted, by objective.
+
+    ``recovered`` are the components whose recovery was taken into account.
+    """
 
     situation: Situation
     analysis: Analysis
     plan: Plan
     measured: dict[str, dict[str, float]]
+    recovered: frozenset[str] = frozenset()
 
     def kept(self, groundings: Groundings, designs: Designs) -> tuple[Grounded, ...]:
         """Return the groundings of objectives that have no further design, but for those in the way."""

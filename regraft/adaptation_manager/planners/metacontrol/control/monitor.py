@@ -156,9 +156,9 @@ class Monitor:
         """The components that have recovered since the last decision."""
         return frozenset(self._recovered)
 
-    def decided(self) -> None:
-        """Note that a decision has taken all recoveries into account."""
-        self._recovered.clear()
+    def decided(self, recovered: Collection[str]) -> None:
+        """Note that a decision has taken recoveries into account; later ones are left for the next."""
+        self._recovered -= set(recovered)
 
     def statuses(self) -> dict[str, ComponentStatus]:
         """Return the status of each component that is known."""

@@ -107,12 +107,13 @@ class ControlState:
         """Return what follows from what is known, and a design for each objective, the ``further`` ones included."""
         assert self.designs is not None
         objectives = (*(entry.objective for entry in self.store), *further)
-        self.resting.recovered(self.monitor.recovered)
+        recovered = self.monitor.recovered
+        self.resting.recovered(recovered)
         known = Known(objectives, self.groundings, self.monitor, self.resting, self.designs)
         situation, analysis, measured = concluded(self.analyser, known, now, settings.times)
         rest_failed(analysis, self.resting, now)
         plan = planned(self.analyser, known, situation, analysis, now, settings.margin)
-        return Decided(situation, analysis, plan, measured)
+        return Decided(situation, analysis, plan, measured, recovered)
 
     def take(self, decided: Decided, now: float) -> None:
         """Note a decision, and the failures because of which designs are left."""
@@ -132,7 +133,7 @@ class ControlState:
         for each in self.groundings:
             if before.get(each.objective) != each.design:
                 self.monitor.measurements.forget(each.objective)
-        self.monitor.decided()
+        self.monitor.decided(decided.recovered)
 
     def failed(self, decisions: Iterable[Decision], components: Iterable[str], why: str, now: float) -> None:
         """Let designs rest that could not be put in place."""

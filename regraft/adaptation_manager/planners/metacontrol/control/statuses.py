@@ -16,6 +16,7 @@ from regraft.bus_schema.messages.management.objectives import (
     ObjectivesStatus,
     ObjectiveState,
     ObjectiveStatus,
+    Progress,
 )
 
 
@@ -39,6 +40,7 @@ def family(state: ControlState, name: str, trouble: str = "") -> Iterator[Object
     yield replace(
         _status(state, entry.objective, own, trouble),
         progress=entry.progress,
+        ended=entry.progress is not Progress.INPROGRESS,
         attempts=tuple(entry.attempts),
         task=entry.given.task,
     )
