@@ -8,7 +8,6 @@ continues. ``attempts.csv`` has every attempt.
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import time
 from collections import Counter
@@ -26,6 +25,7 @@ from regraft.evaluation.runs.provenance import provenance
 from regraft.evaluation.runs.run_directory import BadRun, Plan, complete, fingerprint_of, prepare, read_run, renderer_of
 from regraft.evaluation.runs.run_process import RunProcess
 from regraft.evaluation.study import Configuration, Failure, Results, RunRecord, Study
+from regraft.whole_files import write_whole
 
 RUNS, WORK, FAILED, ABOUT = "runs", "work", "failed", "campaign.json"
 WHY: Final = "why.txt"
@@ -349,17 +349,6 @@ def _read_about(path: Path) -> dict[str, object] | None:
     except (OSError, ValueError) as error:
         raise BadCampaign(f"{path} cannot be read: {error}") from None
     return found if isinstance(found, dict) else {}
-
-
-def write_whole(path: Path, content: bytes) -> None:
-    """Write a file that is there as a whole, or as it was before; raises OSError."""
-    fresh = path.with_name(f"{path.name}.{os.getpid()}.new")
-    try:
-        fresh.write_bytes(content)
-        fresh.replace(path)
-    except OSError:
-        fresh.unlink(missing_ok=True)
-        raise
 
 
 def write_files(folder: Path, files: Sequence[tuple[str, bytes]]) -> None:

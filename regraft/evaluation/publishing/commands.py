@@ -13,7 +13,7 @@ from regraft.cli.outcomes import FAILED, BadInput, Failed
 from regraft.cli.terminal.numbers import whole
 from regraft.cli.terminal.options import JsonOption
 from regraft.cli.terminal.output import say, show_json
-from regraft.evaluation.campaign import CodeChanged, NoRoom, write_whole
+from regraft.evaluation.campaign import CodeChanged, NoRoom
 from regraft.evaluation.claims.judging import judge
 from regraft.evaluation.claims.model import Claim, Claims, SeedSet
 from regraft.evaluation.claims.power import seeds_needed
@@ -27,6 +27,7 @@ from regraft.evaluation.results.recording import result_table
 from regraft.evaluation.results.table import BadTable, ResultTable, read_table, table_text
 from regraft.evaluation.runs.run_directory import BadRun
 from regraft.evaluation.study import Results, Study
+from regraft.whole_files import write_whole
 
 
 def claims_of(study: Study, definitions: str) -> Claims:
