@@ -14,7 +14,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from benchmarks import choices, round_trip, start_up, tree_tick
+from benchmarks import choices, metacontrol, round_trip, start_up, tree_tick
 from benchmarks.adapting import adaptations, move, restart, rewire, set_parameter, swap
 from benchmarks.harness import Effort, Result, machine
 from benchmarks.robots import devices, frog, many, memory, neighbours, qualities
@@ -34,6 +34,8 @@ ALL: dict[str, Callable[[Effort], list[Result]]] = {
     "start_up": start_up.start_up,
     "tree_tick": tree_tick.tree_tick,
     "choices": choices.choices,
+    "reasoning": metacontrol.reasoning,
+    "checking": metacontrol.checking,
     "devices": devices.devices,
     "frog": frog.frog,
     "many": many.many,

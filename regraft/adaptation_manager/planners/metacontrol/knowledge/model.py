@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
+from regraft.adaptation_manager.planners.metacontrol.knowledge.curves import Curve
 from regraft.adaptation_manager.planners.metacontrol.knowledge.names import DEFAULT_CONTEXT
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import ComponentStatus, Direction
@@ -21,13 +22,17 @@ HIGHEST: Final = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Quality:
-    """A type of quality. ``direction`` is None where the files do not state which values are better."""
+    """A type of quality. ``direction`` is None where the files do not state which values are better.
+
+    ``curve`` has the utility of its values; None where the value itself is the utility, with the direction's sign.
+    """
 
     name: str
     direction: Direction | None = None
     weight: float = 0.0
     lowest: float = LOWEST
     highest: float = HIGHEST
+    curve: Curve | None = None
 
     @property
     def worst(self) -> float:
@@ -58,8 +63,9 @@ class Requirement:
 class Objective:
     """A function that must be solved, with its requirements.
 
-    ``weights`` replace those of the qualities. ``design`` is the design with which to begin. A higher ``priority`` is
-    decided first. With ``always_improve``, a better design replaces one that is without errors.
+    ``weights`` replace those of all qualities, ``curves`` those of the qualities that they name. ``design`` is the
+    design with which to begin. A higher ``priority`` is decided first. With ``always_improve``, a better design
+    replaces one that is without errors.
     """
 
     name: str
@@ -69,6 +75,7 @@ class Objective:
     always_improve: bool = False
     weights: Mapping[str, float] | None = None
     design: str | None = None
+    curves: Mapping[str, Curve] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,11 +152,16 @@ def objective_problems(model: Model, objective: Objective) -> tuple[str, ...]:
     found: list[str] = []
     if objective.function not in model.functions:
         found.append(no_such("function", local_name(objective.function), map(local_name, model.functions)))
-    names = [*(each.quality for each in objective.requirements), *(objective.weights or ())]
-    for name in dict.fromkeys(names):
+    bounded = {each.quality for each in objective.requirements}
+    curves = objective.curves or {}
+    for name in dict.fromkeys(
+        (*(each.quality for each in objective.requirements), *(objective.weights or ()), *curves)
+    ):
         if name not in model.qualities:
             found.append(no_such("quality", local_name(name), map(local_name, model.qualities)))
-        elif model.qualities[name].direction is None:
+            continue
+        has_curve = name in curves or model.qualities[name].curve is not None
+        if model.qualities[name].direction is None and (name in bounded or not has_curve):
             found.append(f"the quality {local_name(name)!r} has no direction, must be HIGHER or LOWER in its file")
     found += [
         f"the bound of {local_name(each.quality)!r} is {each.bound!r}, must be a number"

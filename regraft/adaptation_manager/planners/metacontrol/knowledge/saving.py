@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -11,6 +9,7 @@ from regraft.adaptation_manager.planners.metacontrol.knowledge.errors import fai
 from regraft.adaptation_manager.planners.metacontrol.knowledge.knowledge_base import KnowledgeBase, snapshot
 from regraft.adaptation_manager.planners.metacontrol.knowledge.owl.rdf_xml import write_rdf_xml
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import Fact
+from regraft.whole_files import write_whole
 
 
 def save(knowledge: KnowledgeBase, path: Path, facts: Iterable[Fact] = ()) -> None:
@@ -22,17 +21,7 @@ def save(knowledge: KnowledgeBase, path: Path, facts: Iterable[Fact] = ()) -> No
         data = write_rdf_xml(snapshot(knowledge, facts))
     except (ValueError, RecursionError) as error:
         raise fail(str(path), 0, f"cannot be written: {error}") from None
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
     try:
-        try:
-            with partial.open("xb") as stream:
-                stream.write(data)
-                stream.flush()
-                os.fsync(stream.fileno())
-            os.replace(partial, path)
-        except BaseException:
-            with contextlib.suppress(OSError):
-                partial.unlink()
-            raise
+        write_whole(path, data)
     except OSError as error:
         raise fail(str(path), 0, f"cannot be written: {error.strerror or error}") from None

@@ -75,7 +75,7 @@ OPERATORS: Final[Mapping[Term, Direction]] = {
     text(">="): Direction.LOWER,
 }
 NUMBERS: Final = frozenset({names.HAS_VALUE, names.WEIGHT, names.LOWEST, names.HIGHEST, names.PRIORITY})
-TEXTS: Final = frozenset({names.CONTEXT})
+TEXTS: Final = frozenset({names.CONTEXT, names.CURVE})
 VOCABULARIES: Final[Mapping[str, Mapping[Term, Term]]] = {
     **dict.fromkeys((names.O_STATUS, names.FG_STATUS, names.FG_ERROR), STATUSES),
     names.C_STATUS: COMPONENT_STATUSES,

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from regraft.adaptation_manager.planners.metacontrol.knowledge import names
+from regraft.adaptation_manager.planners.metacontrol.knowledge.curves import Curve, curve_of
 from regraft.adaptation_manager.planners.metacontrol.knowledge.errors import KnowledgeError, Problem
 from regraft.adaptation_manager.planners.metacontrol.knowledge.knowledge_base import KnowledgeBase
 from regraft.adaptation_manager.planners.metacontrol.knowledge.model import (
@@ -101,10 +102,21 @@ class _Viewer:
         weight = self._number(name, names.WEIGHT, 0.0)
         if weight < 0:
             self._note(name, f"the weight is {weight:g}, must be at least 0")
-        if weight and direction is None:
+        curve = self._curve(name)
+        if weight and direction is None and curve is None:
             self._note(name, "has a weight and no qa_direction, which must be HIGHER or LOWER")
         known = Direction(str(direction.value)) if isinstance(direction, Data) else None
-        return Quality(name, known, weight, lowest, highest)
+        return Quality(name, known, weight, lowest, highest, curve)
+
+    def _curve(self, name: str) -> Curve | None:
+        value = self._one(name, names.CURVE)
+        if not isinstance(value, Data):
+            return None
+        try:
+            return curve_of(str(value.value))
+        except ValueError as error:
+            self._note(name, f"qa_curve: {error}")
+            return None
 
     def _component(self, name: str) -> ComponentStatus:
         status = self._one(name, names.C_STATUS)

@@ -20,6 +20,7 @@ from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.explanation
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import Data, Fact, Term, truth
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import Status
 from regraft.adaptation_manager.planners.metacontrol.knowledge.view import model_of
+from regraft.adaptation_manager.planners.metacontrol.reasoning.ranking import Rankings
 from regraft.adaptation_manager.planners.metacontrol.reasoning.situation import (
     Situation,
     active_objectives,
@@ -69,7 +70,7 @@ class Analysis:
     """The conclusions from a situation.
 
     ``failed`` are designs and the objectives that they failed to solve. ``conflicts`` are conclusions that contradict
-    each other, as text.
+    each other, as text. ``rankings`` are those of the model, which do not depend on the situation.
     """
 
     objectives: Mapping[str, ObjectiveState]
@@ -77,8 +78,7 @@ class Analysis:
     failed: tuple[tuple[str, str], ...]
     conflicts: tuple[str, ...]
     conclusions: Conclusions
-    texts: dict[str, str] = field(default_factory=dict, repr=False, compare=False)
-    """Reasons that assessments have put into words, by design: many objectives ask for them."""
+    rankings: Rankings = field(repr=False, compare=False)
 
     def why_unrealisable(self, design: str) -> Reason | None:
         """Return why a design is not realisable, None if it is."""
@@ -108,6 +108,7 @@ class Analyser:
     def __init__(self, knowledge: KnowledgeBase) -> None:
         self.knowledge = knowledge
         self.model: Model = model_of(knowledge)
+        self.rankings = Rankings(self.model)
         # The types that axioms give to what is stated were checked when the files were loaded.
         program = Program((*relevant_axioms(knowledge.axioms, knowledge.rules), *knowledge.rules))
         self._base = program.over(fact for fact in knowledge.facts if fact[0] not in RUN_TIME)
@@ -132,6 +133,7 @@ class Analyser:
             tuple((str(fact[1]), str(fact[-1])) for fact in conclusions.of(names.ERROR_LOG)),
             tuple(each.text(conclusions) for each in (*self._lasting_conflicts, *added)),
             conclusions,
+            self.rankings,
         )
 
 

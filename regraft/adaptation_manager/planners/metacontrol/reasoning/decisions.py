@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+import textwrap
+from collections.abc import Iterator, Set
+from dataclasses import dataclass, field
 
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import Status
 from regraft.adaptation_manager.planners.metacontrol.reasoning.assessment import Against, Assessment
+from regraft.adaptation_manager.planners.metacontrol.reasoning.considering import Considered
 from regraft.bus_schema.annotations import PlainValue
 
 
@@ -17,7 +19,8 @@ class Decision:
 
     ``parent`` is the objective whose design requires it, empty for one of a client. ``present`` is the design that
     solves it now. ``design`` is None where there is none to select; ``status`` is then the objective's. ``refused``
-    has the reasons why the objective has no meaning.
+    has the reasons why the objective has no meaning. ``considered`` is what the decision was made from: its words are
+    made when they are asked for.
     """
 
     objective: str
@@ -25,7 +28,7 @@ class Decision:
     present: str | None
     design: str | None
     status: Status
-    assessments: tuple[Assessment, ...] = ()
+    considered: Considered | None = field(default=None, repr=False, compare=False)
     refused: tuple[str, ...] = ()
 
     @property
@@ -34,16 +37,37 @@ class Decision:
         return self.design != self.present
 
     @property
+    def assessments(self) -> tuple[Assessment, ...]:
+        """Return the reasons for and against each design, in the order of the files."""
+        return tuple(self.considered.assessments()) if self.considered is not None else ()
+
+    @property
     def why(self) -> str:
         """Return in one line why there is this design, or why there is none."""
-        if self.refused:
-            return "; ".join(self.refused)
-        if self.design is not None:
-            chosen = next(each for each in self.assessments if each.design == self.design)
-            return f"{local_name(self.design)} has the utility {chosen.utility:.4g}"
-        if not self.assessments:
-            return "its function has no design in this context"
-        return "; ".join(f"{local_name(each.design)}: {each.against[0].why}" for each in self.assessments)
+        return "; ".join(self._whys())
+
+    def why_within(self, characters: int) -> str:
+        """Return ``why``, shortened; only what is shown is put into words."""
+        parts: list[str] = []
+        left = characters
+        for part in self._whys():
+            parts.append(part)
+            left -= len(part) + 2
+            if left < 0:
+                break
+        return textwrap.shorten("; ".join(parts), characters, placeholder=" ...")
+
+    def _whys(self) -> Iterator[str]:
+        if self.refused or self.considered is None:
+            yield from self.refused
+        elif self.design is not None:
+            utility = self.considered.ranking.utilities[self.design]
+            yield f"{local_name(self.design)} has the utility {utility:.4g}"
+        elif not self.considered.ranking.designs:
+            yield "its function has no design in this context"
+        else:
+            for each in self.considered.assessments():
+                yield f"{local_name(each.design)}: {each.against[0].why}"
 
     def lines(self) -> Iterator[str]:
         """Yield the decision as lines of text."""
@@ -90,11 +114,10 @@ class Plan:
 BROKEN = frozenset({Against.REQUIREMENT, Against.NO_ESTIMATE, Against.RESTING, Against.FAILED})
 
 
-def status_without_design(status: Status, assessments: Collection[Assessment]) -> Status:
+def status_without_design(status: Status, kinds: Set[Against]) -> Status:
     """Return the status of an objective for which there is no design, by what speaks against the designs."""
     if status not in {Status.UNGROUNDED, Status.IN_PROGRESS}:
         return status
-    kinds = {objection.kind for each in assessments for objection in each.against}
     if Against.UNREALISABLE in kinds:
         return Status.IN_ERROR_COMPONENT
     if kinds & BROKEN:

@@ -7,9 +7,8 @@ then the first in the files. A design that would change what another objective h
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Final, TypeAlias
 
 from regraft.adaptation_manager.planners.metacontrol.knowledge.model import (
@@ -23,12 +22,12 @@ from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import S
 from regraft.adaptation_manager.planners.metacontrol.reasoning.analysis import Analysis, ObjectiveState
 from regraft.adaptation_manager.planners.metacontrol.reasoning.assessment import (
     Against,
-    Assessment,
     Objection,
-    assess,
 )
+from regraft.adaptation_manager.planners.metacontrol.reasoning.considering import Considered
 from regraft.adaptation_manager.planners.metacontrol.reasoning.decisions import Decision, Plan, status_without_design
-from regraft.adaptation_manager.planners.metacontrol.reasoning.resting import Resting
+from regraft.adaptation_manager.planners.metacontrol.reasoning.ranking import Rankings
+from regraft.adaptation_manager.planners.metacontrol.reasoning.resting import Rest, Resting
 from regraft.adaptation_manager.planners.metacontrol.reasoning.situation import (
     MAX_NESTING,
     Situation,
@@ -80,7 +79,8 @@ def plan(
     ``now`` is the time of the clock that ``resting`` has. An objective that must be refused has the reasons, and no
     design.
     """
-    planner = _Planner(model, situation, analysis, resting, now, clash, margin)
+    rankings = analysis.rankings if analysis.rankings.model is model else Rankings(model)
+    planner = _Planner(model, situation, analysis, rankings, resting.all(now), now, clash, margin)
     order = sorted(enumerate(situation.objectives), key=lambda each: (-each[1].priority, each[0]))
     for _, objective in order:
         planner.decide(objective, ())
@@ -94,7 +94,8 @@ class _Planner:
     model: Model
     situation: Situation
     analysis: Analysis
-    resting: Resting
+    rankings: Rankings
+    rests: tuple[Rest, ...]
     now: float
     clash: Clash
     margin: float
@@ -109,54 +110,44 @@ class _Planner:
             self.decisions.append(Decision(objective.name, parent, None, None, Status.UNGROUNDED, refused=problems))
             return False
         state = self.analysis.objectives.get(objective.name, ObjectiveState(Status.UNGROUNDED))
-        grounding = self.situation.grounding_of(objective.name)
-        present = grounding.design if grounding is not None else None
-        assessed = self._assessed(objective, present)
+        considered = self._considered(objective)
+        present = considered.present
         place = len(self.decisions)
-        for name in self._ordered(objective, state, present, assessed):
+        for name in self._ordered(objective, state, considered):
             objection = self._try(objective, name, path)
             if objection is None:
-                assessed[name] = replace(assessed[name], is_selected=True)
-                shown = tuple(self._compared(assessed, name))
-                decision = Decision(objective.name, parent, present, name, Status.IN_PROGRESS, shown)
+                considered.selected = name
+                decision = Decision(objective.name, parent, present, name, Status.IN_PROGRESS, considered)
                 self.decisions.insert(place, decision)
                 return True
-            assessed[name] = assessed[name].with_objection(objection)
-        shown = tuple(assessed.values())
-        status = status_without_design(state.status, shown)
-        self.decisions.append(Decision(objective.name, parent, present, None, status, shown))
+            considered.tried[name] = objection
+        status = status_without_design(state.status, considered.kinds())
+        self.decisions.append(Decision(objective.name, parent, present, None, status, considered))
         return False
 
-    def _assessed(self, objective: Objective, present: str | None) -> dict[str, Assessment]:
-        designs = self.model.designs_of(objective.function, self.situation.context)
-        return {
-            design.name: assess(
-                design,
-                objective,
-                self.model.qualities,
-                self.analysis,
-                self.resting,
-                self.now,
-                is_present=design.name == present,
-            )
-            for design in designs
-        }
+    def _considered(self, objective: Objective) -> Considered:
+        grounding = self.situation.grounding_of(objective.name)
+        rests = {each.design: each for each in self.rests if each.objective == objective.name}
+        return Considered(
+            objective,
+            self.rankings.of(objective, self.situation.context),
+            self.model.qualities,
+            self.analysis,
+            rests,
+            self.now,
+            grounding.design if grounding is not None else None,
+        )
 
-    def _ordered(
-        self, objective: Objective, state: ObjectiveState, present: str | None, assessed: Mapping[str, Assessment]
-    ) -> list[str]:
+    def _ordered(self, objective: Objective, state: ObjectiveState, considered: Considered) -> list[str]:
         """Return the candidates, the one to try first at the beginning."""
-        candidates = [each for each in assessed.values() if not each.against]
-        # Sorting is stable, and the designs are in the order of their files.
-        candidates.sort(key=lambda each: (-each.utility, not each.is_present))
-        ordered = [each.design for each in candidates]
+        ordered, present = considered.candidates(), considered.present
         if present is None:
             return _with_first(ordered, objective.design)
         keeps = not (state.is_in_error or state.updatable or objective.always_improve)
         improves = objective.always_improve and not (state.is_in_error or state.updatable)
         if present in ordered and improves:
-            gain = candidates[0].utility - assessed[present].utility
-            keeps = gain <= self.margin
+            utilities = considered.ranking.utilities
+            keeps = utilities[ordered[0]] - utilities[present] <= self.margin
         return _with_first(ordered, present) if keeps else ordered
 
     def _try(self, objective: Objective, name: str, path: tuple[str, ...]) -> Objection | None:
@@ -184,29 +175,14 @@ class _Planner:
         for required in required_objectives(objective, design):
             if not self.decide(required, path, objective.name):
                 failed = next(each for each in reversed(self.decisions) if each.objective == required.name)
-                why = textwrap.shorten(failed.why, MAX_REASON, placeholder=" ...")
-                short = local_name(required.function)
-                return Objection(Against.REQUIRED, f"it requires {short}, which has no design: {why}")
+                return _requiring(local_name(required.function), failed)
         return None
 
-    def _compared(self, assessed: Mapping[str, Assessment], selected: str) -> list[Assessment]:
-        """Return the assessments, with the reason why a candidate was not the selected one."""
-        best = assessed[selected]
-        return [
-            each if each.against or each.is_selected else each.with_objection(_less_useful(each, best))
-            for each in assessed.values()
-        ]
+
+def _requiring(function: str, failed: Decision) -> Objection:
+    why = f"it requires {function}, which has no design"
+    return Objection(Against.REQUIRED, lambda: f"{why}: {failed.why_within(MAX_REASON)}")
 
 
 def _with_first(ordered: list[str], first: str | None) -> list[str]:
     return [first, *(name for name in ordered if name != first)] if first in ordered and first else ordered
-
-
-def _less_useful(each: Assessment, best: Assessment) -> Objection:
-    short = local_name(best.design)
-    if each.utility > best.utility:
-        state = "the present design" if best.is_present else "the design asked for"
-        return Objection(Against.LESS_USEFUL, f"{short} is {state}, and was kept")
-    if each.utility == best.utility:
-        return Objection(Against.LESS_USEFUL, f"it is as useful as {short}, which is present or stands before it")
-    return Objection(Against.LESS_USEFUL, f"{short} is more useful: {best.utility:.4g}")

@@ -26,9 +26,9 @@ Origins = dict[str, tuple[str, int]]
 def knowledge_of(skills: SkillSet, further: Sequence[Path] = ()) -> KnowledgeBase:
     """Return the knowledge base of skills, as they are read from a file; raises KnowledgeError.
 
-    It has the levels of TOMASys and of MROS, and the individuals of the skills. Skills that import a file of the
-    library with the definitions of a domain have the ontology of that domain, with its rules. ``further`` are OWL
-    files with more rules and individuals.
+    It has the levels of TOMASys and of MROS, and the individuals of the skills. Files of the library may define a
+    domain: skills that import one have the ontology of that domain, with its rules. ``further`` are OWL files with
+    more rules and individuals.
     """
     return base_of(with_imports([*documents_of(skills), *map(read_document, further)]))
 

@@ -53,7 +53,8 @@ class QualityType:
     """A quality that skills may list.
 
     ``low`` and ``high`` bound its values; None leaves them open. ``measured`` is the text of an expression whose value
-    is the measured quality. ``weight`` is its share of the utility. Both are None where they are left out.
+    is the measured quality. ``weight`` is its share of the utility. ``curve`` has values with their utilities. All are
+    None where they are left out.
     """
 
     name: str
@@ -63,6 +64,7 @@ class QualityType:
     high: float | None = None
     measured: str | None = None
     weight: float | None = None
+    curve: tuple[tuple[float, float], ...] | None = None
     fields: tuple[QualityField, ...] = ()
 
 

@@ -12,7 +12,7 @@ so nothing has to be retracted.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -29,7 +29,7 @@ from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.joins impor
     start_of,
     triggers_of,
 )
-from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import Fact, Term, Var, order_of
+from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import Argument, Fact, Term, Var, order_of
 
 MAX_FACTS: Final = 500_000
 """Facts and conclusions together; 1,500 designs have some 30,000."""
@@ -101,16 +101,30 @@ class Program:
         return self.over(()).conclude(facts)
 
 
-def _head_of(rule: Rule) -> tuple[tuple[str, tuple[tuple[int, Term], ...]], ...]:
-    """Return each atom of a head: its predicate, and a slot (-1: none) and a constant for each argument."""
+def _head_of(rule: Rule) -> tuple[Callable[[Bindings], Fact], ...]:
+    """Return, for each atom of a head, what makes its fact of the values of the rule's variables."""
     slots = slots_of(rule)
-    return tuple(
-        (
-            atom.predicate,
-            tuple((slots[each], "") if isinstance(each, Var) else (-1, each) for each in atom.arguments),
-        )
-        for atom in rule.head
-    )
+    return tuple(_maker(atom.predicate, atom.arguments, slots) for atom in rule.head)
+
+
+def _maker(predicate: str, arguments: Sequence[Argument], slots: Mapping[Var, int]) -> Callable[[Bindings], Fact]:
+    # Some rules have thousands of conclusions in a cycle: the usual forms have no loop over their arguments.
+    first, second = arguments[0], arguments[-1]
+    if isinstance(first, Var) and len(arguments) == 1:
+        one = slots[first]
+        return lambda bindings: (predicate, bindings[one])
+    if isinstance(first, Var) and isinstance(second, Var):
+        one, other = slots[first], slots[second]
+        return lambda bindings: (predicate, bindings[one], bindings[other])
+    if isinstance(first, Var) and not isinstance(second, Var):
+        one, constant = slots[first], second
+        return lambda bindings: (predicate, bindings[one], constant)
+
+    def fact(bindings: Bindings) -> Fact:
+        terms: list[Any] = [bindings[slots[each]] if isinstance(each, Var) else each for each in arguments]
+        return (predicate, *terms)
+
+    return fact
 
 
 class Base:
@@ -201,6 +215,7 @@ class _Run:
         self._waiting: deque[Fact] = deque()
         self._room = program.max_facts - len(base)
         self.known: dict[Fact, Derivation | None] = {}
+        self.emissions = 0
         self.base_indexes = base_indexes
         self.indexes: tuple[Index, ...] = tuple({} for _ in range(program.index_count))
 
@@ -208,11 +223,11 @@ class _Run:
         return fact in self.known or fact in self._base
 
     def emit(self, rule: int, bindings: Bindings) -> None:
+        self.emissions += 1
         derivation: Derivation | None = None
         known, base = self.known, self._base
-        for predicate, arguments in self._program.heads[rule]:
-            terms: list[Any] = [bindings[slot] if slot >= 0 else constant for slot, constant in arguments]
-            fact: Fact = (predicate, *terms)
+        for fact_of in self._program.heads[rule]:
+            fact = fact_of(bindings)
             if fact in known or fact in base:
                 continue
             if derivation is None:

@@ -35,6 +35,8 @@ class Tables(Protocol):
 
     base_indexes: Sequence[Index]
     indexes: Sequence[Index]
+    emissions: int
+    """How often a head was emitted so far."""
 
     def holds(self, fact: Fact) -> bool: ...
 
@@ -110,6 +112,7 @@ class _Compiler:
         self._number = number
         self._indexes = indexes
         self._slots = slots_of(rule)
+        self._head = {variable for atom in rule.head for variable in variables(atom)}
 
     def trigger(self, atom: Atom, others: list[Atom], tests: list[Test]) -> Trigger:
         constants, binds, repeats, bound = [], [], [], set()
@@ -226,7 +229,8 @@ class _Compiler:
             return _both(number, slots[0], slots[1], then)
         target = atom.arguments[free[0] - 1]
         assert isinstance(target, Var)
-        return _one(number, key, free[0], self._slots[target], then)
+        is_settled = self._head <= bound
+        return (_any if is_settled else _one)(number, key, free[0], self._slots[target], then)
 
     def _membership(self, atom: Atom, then: Step) -> Step:
         predicate, values = atom.predicate, [self._value(argument) for argument in atom.arguments]
@@ -258,6 +262,22 @@ def _one(number: int, key: Callable[[Bindings], Any], position: int, slot: int, 
         for fact in tables.indexes[number].get(wanted, NO_FACTS):
             bindings[slot] = fact[position]
             then(bindings, tables)
+
+    return step
+
+
+def _any(number: int, key: Callable[[Bindings], Any], position: int, slot: int, then: Step) -> Step:
+    """Return a step like ``_one`` that ends with the first conclusion: the head is known, all others are the same."""
+
+    def step(bindings: Bindings, tables: Tables) -> None:
+        wanted = key(bindings)
+        before = tables.emissions
+        for index in (tables.base_indexes[number], tables.indexes[number]):
+            for fact in index.get(wanted, NO_FACTS):
+                bindings[slot] = fact[position]
+                then(bindings, tables)
+                if tables.emissions != before:
+                    return
 
     return step
 

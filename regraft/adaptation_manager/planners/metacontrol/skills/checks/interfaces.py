@@ -15,10 +15,15 @@ TYPES: Final = ("bool", "int", "float", "string", "PoseStamped")
 """The types of the published grammar."""
 
 
+def type_names() -> tuple[str, ...]:
+    """Return the types that inputs and outputs may have: the published ones, then message types."""
+    know_schema()
+    return (*TYPES, *sorted(each.name for each in known_types()))
+
+
 def check(skills: SkillSet, findings: Findings) -> None:
     """Note types that are neither published nor message types, and results whose number is none."""
-    know_schema()
-    known = {*TYPES, *(each.name for each in known_types())}
+    known = frozenset(type_names())
     hints = Hints(known)
     for skill in skills.skills:
         for each in (*skill.inputs, *skill.outputs):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from regraft.adaptation_manager.planners.metacontrol.knowledge.curves import curve_problem
 from regraft.adaptation_manager.planners.metacontrol.skills.diagnostics import Code, Findings
 from regraft.adaptation_manager.planners.metacontrol.skills.meaning import is_rest
 from regraft.adaptation_manager.planners.metacontrol.skills.model import (
@@ -61,6 +62,9 @@ def _check_type(quality: QualityType, findings: Findings) -> None:
     if quality.weight is not None and not 0.0 <= quality.weight < math.inf:
         problem = f"the weight of {quality.name!r} is {quality.weight:g}: must be 0 or more, and finite"
         findings.error(at["weight"], Code.BAD_WEIGHT, problem)
+    problem = curve_problem(quality.curve) if quality.curve is not None else ""
+    if problem:
+        findings.error(at["curve"], Code.BAD_CURVE, f"the curve of {quality.name!r}: {problem}")
     if quality.measured is not None:
         try:
             problems = kind_problems(Expression(quality.measured), wanted=ValueKind.NUMBER)

@@ -3,9 +3,9 @@
 A realization is a design that solves its skill, with a value for each quality that it estimates. Observable components
 that are active in it are required by it. The text has one assertion a line.
 
-A reasoner needs more than was published: the direction, weight, range and curve of a quality, a design's context,
-whether it is the configuration of rest, and the objectives that it requires. These are terms of MROS' namespace, too.
-They are counted apart.
+A reasoner needs more than was published. Of qualities these are the direction, weight, range and curve. Of designs
+these are the context, the mark of rest and the required objectives. They are terms of MROS' namespace, and counted
+apart.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from typing import Final
 from urllib.parse import quote
 from xml.sax.saxutils import quoteattr
 
+from regraft.adaptation_manager.planners.metacontrol.knowledge.curves import Curve
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.naming import Names, qualified
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.rdf_lines import (
     OWL,
@@ -197,3 +198,5 @@ def _declared(quality: QualityType) -> Iterator[str]:
     yield text("mros:qa_direction", DIRECTIONS[quality.better])
     given = (("mros:qa_weight", quality.weight), ("mros:qa_lowest", quality.low), ("mros:qa_highest", quality.high))
     yield from (number(name, value) for name, value in given if value is not None)
+    if quality.curve is not None:
+        yield text("mros:qa_curve", str(Curve(quality.curve)))

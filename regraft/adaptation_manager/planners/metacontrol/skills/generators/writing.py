@@ -16,6 +16,7 @@ from regraft.adaptation_manager.planners.metacontrol.skills.generators.owl impor
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.rdf_lines import PUBLISHED, Namespaces
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.system_modes import system_modes
 from regraft.adaptation_manager.planners.metacontrol.skills.model import SkillSet
+from regraft.whole_files import write_whole
 
 SYSTEM_MODES: Final = "system_modes.yaml"
 OBSERVED_COMPONENTS: Final = "observed_components.yaml"
@@ -43,7 +44,7 @@ def write_files(files: Mapping[str, str], folder: Path) -> None:
     made = Path(tempfile.mkdtemp(prefix=TEMPORARY, dir=folder.parent if is_new else folder))
     try:
         for name, text in files.items():
-            _write(made / name, text)
+            write_whole(made / name, text.encode())
         if is_new:
             made.chmod(0o777 & ~_umask())
             made.rename(folder)
@@ -51,13 +52,6 @@ def write_files(files: Mapping[str, str], folder: Path) -> None:
             _replace(made, folder, tuple(files))
     finally:
         shutil.rmtree(made, ignore_errors=True)
-
-
-def _write(file: Path, text: str) -> None:
-    with file.open("wb") as stream:
-        stream.write(text.encode())
-        stream.flush()
-        os.fsync(stream.fileno())
 
 
 def _replace(made: Path, folder: Path, names: tuple[str, ...]) -> None:

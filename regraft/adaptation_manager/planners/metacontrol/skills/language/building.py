@@ -99,6 +99,8 @@ class _Builder:
                 given["better"] = Better(field.value)
             elif field.key == "measured":
                 given["measured"] = _text(field.value)
+            elif field.key == "curve":
+                given["curve"] = tuple((_number(each.value), _number(each.utility)) for each in field.points)
             else:
                 given["weight"] = _number(field.value)
         fields = tuple(QualityField(field.key, self._place(field)) for field in node.fields)
