@@ -124,6 +124,8 @@ WRONG: dict[str, list[tuple[str, str]]] = {
 NEEDED: dict[tuple[str, ...], tuple[str, ...]] = {
     ("evaluate", "join"): ("--out", "joined.csv"),
     ("skills", "generate"): ("--out", "generated"),
+    ("skills", "kb", "query"): ("--sparql", "ASK { ?design a tomasys:FunctionDesign }"),
+    ("skills", "kb", "save"): ("--out", "saved.owl"),
 }
 """Options without which a command is not complete."""
 

@@ -171,7 +171,19 @@ def test_count_shows_the_papers_fifteen(regraft: Regraft, file: Path) -> None:
 def test_no_other_command_imports_what_skills_need() -> None:
     code = (
         "import sys; from regraft.cli.main import build; from regraft.cli.extensions import add_extensions\n"
-        "add_extensions(build()); print([name for name in ('textx', 'arpeggio', 'rdflib') if name in sys.modules])"
+        "needed = ('textx', 'arpeggio', 'rdflib', 'pygls')\n"
+        "add_extensions(build()); print([name for name in needed if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
+
+
+def test_without_the_extra_the_server_names_what_to_install() -> None:
+    code = (
+        "import sys; sys.modules['pygls'] = None\n"
+        "sys.argv = ['regraft', 'skills', 'server']\n"
+        "from regraft.cli.entry import main; main()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr == "regraft: editors need pygls, which is not installed: pip install 'regraft[editor]'\n"

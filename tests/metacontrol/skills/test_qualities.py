@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from regraft.adaptation_manager.planners.metacontrol.knowledge.curves import Curve
+from regraft.adaptation_manager.planners.metacontrol.knowledge.view import model_of
 from regraft.adaptation_manager.planners.metacontrol.skills.diagnostics import Code, Severity
+from regraft.adaptation_manager.planners.metacontrol.skills.knowledge import knowledge_of
 from regraft.adaptation_manager.planners.metacontrol.skills.model import Better
 from tests.metacontrol.skills.texts import GOOD, at, checked, errors, found, only, place_of, realization, skill
 
@@ -97,3 +100,29 @@ def test_a_field_that_cannot_be_is_refused_at_its_place(field: str, code: Code, 
 def test_numbers_beyond_all_bounds_are_refused() -> None:
     assert only(GOOD.replace("0.5", "1e999"), Code.BAD_NUMBER).message.startswith("speed: is out of range")
     assert only(GOOD.replace("0.5", "9" * 5000), Code.BAD_NUMBER)
+
+
+def test_a_curve_is_read_and_generated() -> None:
+    text = "Quality speed { curve: [0: 0, 0.5: 0.8, 1: 1], weight: 1 }\n" + GOOD
+    assert errors(text) == []
+    (quality,) = checked(text).skills.qualities
+    assert quality.curve == ((0.0, 0.0), (0.5, 0.8), (1.0, 1.0))
+    model = model_of(knowledge_of(checked(text).skills))
+    assert [each.curve for each in model.qualities.values()] == [Curve(((0, 0), (0.5, 0.8), (1, 1)))]
+
+
+@pytest.mark.parametrize(
+    ("points", "problem"),
+    [
+        ("0: 0", "a curve has 1 points, must have 2 to 100"),
+        ("0: 0, 0: 1", "values must increase"),
+        ("0: 0, 1: 2", "the utility 2 of a curve must be from 0 to 1"),
+        ("0: 0, 1e999: 1", "must be a finite number"),
+    ],
+)
+def test_points_that_are_no_curve_are_reported(points: str, problem: str) -> None:
+    text = f"Quality speed {{ curve: [{points}] }}\n{GOOD}"
+    found = only(text, Code.BAD_CURVE)
+    assert at(found) == place_of(text, "curve")
+    assert found.message.startswith("the curve of 'speed': ")
+    assert problem in found.message

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import typer
 
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.rdf_lines import PUBLISHED, Namespaces
+from regraft.adaptation_manager.planners.metacontrol.skills.kb_commands import kb
 from regraft.cli.outcomes import BAD_INPUT, BadInput
 from regraft.cli.terminal.options import JsonOption
 from regraft.cli.terminal.output import complain, say, show_json, show_table
@@ -23,6 +24,11 @@ if TYPE_CHECKING:
 skills = typer.Typer(
     help="Check files of robot skills, and generate from them.", no_args_is_help=True, rich_markup_mode=None
 )
+
+EDITOR_MODULES: Final = ("pygls", "lsprotocol", "cattrs", "attrs", "attr")
+"""Modules that only the server for editors needs, of the extra ``editor``."""
+
+skills.add_typer(kb, name="kb")
 
 IRI: Final = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:[^\s<>\"{}|\\^`]+[#/]")
 SYSTEM: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(?:/[A-Za-z_][A-Za-z0-9_]*)*")
@@ -127,6 +133,18 @@ def count(file: FileArgument, as_json: JsonOption = False) -> None:
         return
     headings = ("skill", "realization", "object", "data", "class", "assertions", "lines")
     show_table(headings, [list(row.values()) for row in rows], empty="no realization can be chosen")
+
+
+@skills.command("server")
+def server() -> None:
+    """Serve an editor over standard input and output: diagnostics, completion, descriptions and the outline."""
+    try:
+        from regraft.adaptation_manager.planners.metacontrol.skills.server.server import serve
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] not in EDITOR_MODULES:
+            raise
+        raise BadInput("editors need pygls, which is not installed: pip install 'regraft[editor]'") from None
+    serve()
 
 
 def _checked(file: Path, stack: Path | None) -> CheckedSkills:

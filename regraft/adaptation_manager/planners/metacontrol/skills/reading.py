@@ -48,13 +48,16 @@ def read_skills(file: Path) -> SkillSet:
     return checked.skills
 
 
-def checked_skills(file: Path, architecture: Architecture | None = None) -> CheckedSkills:
+def checked_skills(
+    file: Path, architecture: Architecture | None = None, *, text: str | None = None, max_tokens: int = MAX_TOKENS
+) -> CheckedSkills:
     """Return the skills of a file with its imports, and all that is wrong. It raises nothing.
 
-    With an architecture, its components and their parameters are compared, too.
+    With an architecture, its components and their parameters are compared, too. ``text`` is what an editor has of the
+    file, on disk or not; imports are read from disk. ``max_tokens`` bounds the words and marks of all files together.
     """
     findings = Findings()
-    reader = _Reader(findings)
+    reader = _Reader(findings, text, max_tokens)
     reader.read_all(file)
     skills = combined(str(file), tuple(reversed(reader.files.values())))
     if not findings.has_errors:
@@ -79,9 +82,11 @@ def checked_text(text: str, file: str = "text.skills") -> CheckedSkills:
 class _Reader:
     """Reads files in the order in which they are named, each once; circles are found afterwards."""
 
-    def __init__(self, findings: Findings) -> None:
+    def __init__(self, findings: Findings, text: str | None, max_tokens: int) -> None:
         self.files: dict[Path, SkillFile] = {}
         self._findings = findings
+        self._edited = text
+        self._max_tokens = max_tokens
         self._imports: dict[Path, list[tuple[Path, Name]]] = {}
 
     def read_all(self, file: Path) -> None:
@@ -95,10 +100,11 @@ class _Reader:
                 problem = f"too many files: at most {MAX_FILES}, with all imports"
                 self._findings.error(named.place, Code.TOO_MANY_IMPORTS, problem)
                 return
-            text = _text(shown, self._findings)
+            is_edited = named is None and self._edited is not None
+            text = self._edited if is_edited else _text(shown, self._findings)
             tokens += token_count(text) if text is not None else 0
-            if tokens > MAX_TOKENS:
-                problem = f"is too large: must have at most {MAX_TOKENS} words and marks, with all imports"
+            if tokens > self._max_tokens:
+                problem = f"is too large: must have at most {self._max_tokens} words and marks, with all imports"
                 self._findings.error(_whole(shown), Code.TOO_LARGE, problem)
                 return
             model = _parse(text, str(shown), self._findings) if text is not None else None
