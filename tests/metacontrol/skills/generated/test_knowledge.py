@@ -13,7 +13,7 @@ from regraft.adaptation_manager.planners.metacontrol.knowledge.view import model
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.owl import individuals
 from regraft.adaptation_manager.planners.metacontrol.skills.knowledge import documents_of, knowledge_of
 from regraft.adaptation_manager.planners.metacontrol.skills.reading import LIBRARY, read_skills
-from tests.metacontrol.skills.test_complete import LEVELS, THREE_SKILLS, written
+from tests.metacontrol.skills.generated.test_complete import LEVELS, THREE_SKILLS, written
 from tests.metacontrol.skills.texts import GOOD
 
 
