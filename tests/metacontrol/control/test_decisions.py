@@ -94,7 +94,7 @@ def test_a_required_skill_is_provided_in_the_same_adaptation_and_ends_with_it(tm
         director.report_component("camera", "FALSE")
         await director.wait(1.0)
         status = await director.status("dock")
-        assert status.realization == ""
+        assert (status.realization, status.state) == ("", ObjectiveState.IN_ERROR_COMPONENT)
         assert "it requires to_navigate" in status.reasons[0]
         director.report_component("camera", "RECOVERED")
         await director.wait(1.0)

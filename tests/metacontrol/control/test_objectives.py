@@ -12,6 +12,7 @@ from regraft import CallFailed, RefusalCode
 from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.messages.management.objectives import (
     BINDING_ERROR,
+    CurvePoint,
     Objective,
     ObjectiveState,
     ObjectiveStatus,
@@ -68,6 +69,20 @@ def test_an_objective_has_weights_of_its_own(tmp_path: Path) -> None:
     async def script(director: Director) -> None:
         found = await director.add(replace(PATROL, weights={"safety": 0.0, "energy": 1.0}))
         assert found.objectives[0].realization == "slow"
+
+    perform(tmp_path, script)
+
+
+def test_an_objective_has_curves_of_its_own(tmp_path: Path) -> None:
+    flat = (CurvePoint(0.0, 0.0), CurvePoint(0.2, 1.0))
+
+    async def script(director: Director) -> None:
+        energy = (CurvePoint(0.3, 1.0), CurvePoint(0.5, 0.0))
+        found = await director.add(replace(PATROL, curves={"performance": flat, "energy": energy}))
+        assert found.objectives[0].realization == "slow"
+        with pytest.raises(CallFailed) as refused:
+            await director.add(replace(PATROL, name="other", curves={"energy": flat[:1]}))
+        assert refused.value.field == "objectives.0.curves.energy"
 
     perform(tmp_path, script)
 

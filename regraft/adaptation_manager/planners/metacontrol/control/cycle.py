@@ -14,9 +14,10 @@ from regraft.adaptation_manager.planners.metacontrol.control.modes import outcom
 from regraft.adaptation_manager.planners.metacontrol.control.modes.designs import DesignMode, Designs
 from regraft.adaptation_manager.planners.metacontrol.control.modes.transaction import changes_to, in_force
 from regraft.adaptation_manager.planners.metacontrol.control.proposing import choice_of
-from regraft.adaptation_manager.planners.metacontrol.control.state import ControlState, Settings
+from regraft.adaptation_manager.planners.metacontrol.control.state import ControlState, Settings, why_left
 from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Objective
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
+from regraft.adaptation_manager.planners.metacontrol.reasoning.decisions import Decision
 from regraft.bus_schema.messages.management.system import SystemStates
 from regraft.bus_schema.messages.planning import Proposal
 from regraft.bus_schema.model.adaptation import MAX_CONTEXT_SIZE, Change, plain_size
@@ -154,14 +155,18 @@ class Cycle:
     def _order(self, decided: Decided) -> AdaptationOrder:
         """Return on whose behalf the adaptation is, and why, with the decision as its context as far as it fits."""
         decisions = decided.plan.decisions
-        why = "; ".join(
-            f"{each.objective}: {local_name(each.design) if each.design else 'none'}, as {each.why}"
-            for each in decisions
-            if each.is_change
-        )
+        why = "; ".join(_reason(each) for each in decisions if each.is_change)
         whole = [each.as_data() for each in decisions]
         short = [{**each.as_data(), "designs": []} for each in decisions]
         room = MAX_CONTEXT_SIZE - 64
         fitting = next((each for each in (whole, short) if plain_size(each, room) <= room), [])
         context = {"context": self._state.monitor.context, "decisions": fitting}
         return AdaptationOrder(self._kit.name, why or "objectives have ended", context)
+
+
+def _reason(decision: Decision) -> str:
+    """Return why an objective has another design, and why the one before is left."""
+    chosen = f"{decision.objective}: {local_name(decision.design) if decision.design else 'none'}"
+    if decision.present is None:
+        return f"{chosen}, as {decision.why}"
+    return f"{chosen} in place of {local_name(decision.present)}: {why_left(decision)}"

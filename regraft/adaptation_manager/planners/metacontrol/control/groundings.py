@@ -37,7 +37,8 @@ class Groundings:
     @classmethod
     def restored(cls, remembered: Sequence[Mapping[str, Any]], model: Model) -> Groundings:
         """Return what an earlier run had, but for designs that are gone."""
-        return cls(Grounded(**each) for each in remembered if each["design"] in model.designs)
+        given = (Grounded(**each) for each in remembered)
+        return cls(each for each in given if each.design in model.designs and not model.designs[each.design].is_rest)
 
     def remembered(self) -> list[PlainValue]:
         """Return what a further run has to know, as plain data."""

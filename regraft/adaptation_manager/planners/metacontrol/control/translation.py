@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 from regraft import RefusalCode, RequestRefused
 from regraft.adaptation_manager.planners.metacontrol.knowledge import model as knowledge
+from regraft.adaptation_manager.planners.metacontrol.knowledge.curves import Curve
 from regraft.adaptation_manager.planners.metacontrol.knowledge.names import DEFAULT_CONTEXT
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
 from regraft.adaptation_manager.planners.metacontrol.skills.meaning import CONTEXTS
@@ -16,7 +17,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import known_types
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.geometry import Pose
-from regraft.bus_schema.messages.management.objectives import Objective, Progress
+from regraft.bus_schema.messages.management.objectives import CurvePoint, Objective, Progress
 from regraft.bus_schema.suggestions import no_such
 
 PLAIN_TYPES: Final[dict[str, tuple[type, ...]]] = {
@@ -59,10 +60,21 @@ class Translator:
         weights = None
         if given.weights is not None:
             weights = {self._find("quality", name, f"{where}weights.{name}"): w for name, w in given.weights.items()}
+        curves = {
+            self._find("quality", name, f"{where}curves.{name}"): _curve(points, f"{where}curves.{name}")
+            for name, points in (given.curves or {}).items()
+        }
         design = self._find("design", given.realization, f"{where}realization") if given.realization else None
         self._check_inputs(given, f"{where}inputs")
         found = knowledge.Objective(
-            given.name, function, requirements, given.priority, given.always_improve, weights, design
+            given.name,
+            function,
+            requirements,
+            given.priority,
+            given.always_improve,
+            weights,
+            design,
+            curves=curves or None,
         )
         problems = knowledge.objective_problems(self._model, found)
         if problems:
@@ -121,6 +133,13 @@ class Translator:
             problem = _misfit(fields[name], value)
             if problem:
                 raise _refused(problem, f"{where}.{name}")
+
+
+def _curve(points: Sequence[CurvePoint], where: str) -> Curve:
+    try:
+        return Curve(tuple((each.value, each.utility) for each in points))
+    except ValueError as error:
+        raise _refused(str(error), where) from None
 
 
 def _is_result(result: Result, text: str, number: float | None) -> bool:

@@ -10,6 +10,7 @@ from regraft.adaptation_manager.planners.metacontrol.knowledge import names
 from regraft.adaptation_manager.planners.metacontrol.knowledge.curves import Curve
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.explanation import Reason
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import fact_text, local_name
+from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import Status
 from regraft.bus_schema.annotations import PlainValue
 
 
@@ -31,12 +32,14 @@ class Against(StrEnum):
 class Objection:
     """One thing that speaks against a design. ``holder`` is the objective to which a clashing design belongs.
 
-    ``words`` is the text, or what makes it when it is asked for: most reasons are never read.
+    ``words`` is the text, or what makes it when it is asked for: most reasons are never read. ``status`` is that of the
+    required objective that has no design, None for other objections.
     """
 
     kind: Against
     words: str | Callable[[], str] = field(compare=False)
     holder: str = ""
+    status: Status | None = None
 
     @property
     def why(self) -> str:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Design, Objective, Quality, Requirement
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
+from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import Status
 from regraft.adaptation_manager.planners.metacontrol.reasoning.analysis import Analysis
 from regraft.adaptation_manager.planners.metacontrol.reasoning.assessment import (
     Against,
@@ -62,6 +63,10 @@ class Considered:
         if len(self.ranking.fitting) < len(self.ranking.designs):
             found.add(Against.REQUIREMENT)
         return frozenset(found)
+
+    def required_statuses(self) -> frozenset[Status]:
+        """Return the statuses of required objectives that have no design."""
+        return frozenset(each.status for each in self.tried.values() if each.status is not None)
 
     def assessments(self) -> Iterator[Assessment]:
         """Yield the assessment of each design, in the order of the files."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import Status
+from regraft.adaptation_manager.planners.metacontrol.reasoning.analysis import GRAVITY
 from regraft.adaptation_manager.planners.metacontrol.reasoning.assessment import Against, Assessment
 from regraft.adaptation_manager.planners.metacontrol.reasoning.considering import Considered
 from regraft.bus_schema.annotations import PlainValue
@@ -114,12 +115,18 @@ class Plan:
 BROKEN = frozenset({Against.REQUIREMENT, Against.NO_ESTIMATE, Against.RESTING, Against.FAILED})
 
 
-def status_without_design(status: Status, kinds: Set[Against]) -> Status:
-    """Return the status of an objective for which there is no design, by what speaks against the designs."""
+def status_without_design(status: Status, kinds: Set[Against], required: Set[Status]) -> Status:
+    """Return the status of an objective for which there is no design, by what speaks against the designs.
+
+    ``required`` are the statuses of required objectives that have none themselves: their errors go up.
+    """
     if status not in {Status.UNGROUNDED, Status.IN_PROGRESS}:
         return status
     if Against.UNREALISABLE in kinds:
         return Status.IN_ERROR_COMPONENT
+    error = next((each for each in GRAVITY if each in required), None)
+    if error is not None:
+        return error
     if kinds & BROKEN:
         return Status.IN_ERROR_NFR
     return Status.UNGROUNDED if kinds else Status.IN_ERROR_FR

@@ -121,7 +121,7 @@ class _Planner:
                 self.decisions.insert(place, decision)
                 return True
             considered.tried[name] = objection
-        status = status_without_design(state.status, considered.kinds())
+        status = status_without_design(state.status, considered.kinds(), considered.required_statuses())
         self.decisions.append(Decision(objective.name, parent, present, None, status, considered))
         return False
 
@@ -181,7 +181,7 @@ class _Planner:
 
 def _requiring(function: str, failed: Decision) -> Objection:
     why = f"it requires {function}, which has no design"
-    return Objection(Against.REQUIRED, lambda: f"{why}: {failed.why_within(MAX_REASON)}")
+    return Objection(Against.REQUIRED, lambda: f"{why}: {failed.why_within(MAX_REASON)}", status=failed.status)
 
 
 def _with_first(ordered: list[str], first: str | None) -> list[str]:

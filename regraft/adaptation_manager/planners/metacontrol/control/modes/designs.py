@@ -40,7 +40,8 @@ class Designs:
 
     def __init__(self, model: Model, architecture: Architecture, scope: str) -> None:
         self._modes = architecture.modes
-        self._by_design = {name: _mode_of(name, model, architecture, scope) for name in model.designs}
+        chosen = (name for name, design in model.designs.items() if not design.is_rest)
+        self._by_design = {name: _mode_of(name, model, architecture, scope) for name in chosen}
         self._by_mode = {each.mode: each for each in self._by_design.values() if each.mode}
 
     def fits(self, architecture: Architecture) -> bool:
