@@ -265,7 +265,8 @@ class Metacontroller(Component):
     @action("planners/{name}/objective", feedback=wire.ObjectiveStatus, goals=MAX_GOALS)
     async def pursue(self, goal: wire.Objective) -> wire.ObjectiveStatus:
         """Keep an objective until its client cancels it, or its skill has ended."""
-        (entry,) = self._state.store.add([goal], owner=self.kit.goal_id)
+        owner = self.kit.goal_id
+        (entry,) = self._state.store.add([goal], owner)
         name = entry.given.name
         self._version += 1
         self._begin_cycle()
@@ -282,7 +283,7 @@ class Metacontroller(Component):
                 if name not in self._state.store:
                     return wire.ObjectiveStatus(name, entry.given.skill, wire.ObjectiveState.UNGROUNDED, ended=True)
         except Cancelled:
-            entry.released = True
+            entry.release(owner)
             self._begin_cycle()
             raise
 

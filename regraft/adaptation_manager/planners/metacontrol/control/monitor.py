@@ -50,6 +50,7 @@ class Monitor:
         self.context = context if context in self.contexts else DEFAULT_CONTEXT
         self.measurements = Measurements(known.get("measurements"))
         self._gone: set[str] = set(known.get("gone", ()))
+        self._removed: set[str] = set(known.get("removed", ()))
         self._faulty: set[str] = set(known.get("faulty", ()))
         self._reported: set[str] = {name for name in known.get("reported", ()) if name in model.components}
         self._seen_failed: set[str] = {name for name in known.get("failed", ()) if name in model.components}
@@ -62,6 +63,7 @@ class Monitor:
             "context": self.context,
             "measurements": self.measurements.remembered(),
             "gone": sorted(self._gone),
+            "removed": sorted(self._removed),
             "faulty": sorted(self._faulty),
             "reported": sorted(self._reported),
             "failed": sorted(self._seen_failed),
@@ -78,6 +80,11 @@ class Monitor:
         if faults is not None:
             ends = (SystemFaultKind.RAISED, SystemFaultKind.RECOVERED)
             self._faulty = {each.component for each in faults.present if each.kind not in ends}
+        self._note_recoveries()
+
+    def see_removed(self, components: Collection[str]) -> None:
+        """Take the components that were removed from the stack: as long as they are, they have failed."""
+        self._removed = set(components)
         self._note_recoveries()
 
     def take(self, diagnostic: Diagnostic, now: float, objectives: Collection[str]) -> None:
@@ -148,8 +155,8 @@ class Monitor:
 
     @property
     def down(self) -> frozenset[str]:
-        """The components of the system that have failed or have no run, by their names in the system."""
-        return frozenset(self._gone | self._faulty)
+        """The components of the system that have failed, were removed or have no run, by their full names."""
+        return frozenset(self._gone | self._removed | self._faulty)
 
     @property
     def recovered(self) -> frozenset[str]:

@@ -100,6 +100,7 @@ class ControlState:
         if self.designs is None or not self.designs.fits(architecture):
             self.designs = Designs(self.model, architecture, self.scope)
             missing = self.designs.missing()
+        self.monitor.see_removed(self.designs.removed(architecture))
         self.groundings = self.groundings.followed(self.designs, architecture, now)
         return missing
 

@@ -23,21 +23,36 @@ MAX_ATTEMPTS: Final = 10
 class Entry:
     """An objective as it was given, and as the knowledge base has it.
 
-    ``owner`` is the goal that it belongs to, empty for none; ``ownerless_since`` is when that goal was lost.
-    ``released`` is whether its goal was cancelled.
+    ``owners`` are the goals that it belongs to; ``ownerless_since`` is when they were lost. ``released`` is whether the
+    last of them was cancelled. ``is_kept`` is whether it was also given without a goal: then it is independent of them.
     """
 
     given: Objective
     objective: ModelObjective
-    owner: str = ""
+    owners: set[str] = field(default_factory=set)
     ownerless_since: float | None = None
     released: bool = False
+    is_kept: bool = False
     progress: Progress = Progress.INPROGRESS
     attempts: list[Attempt] = field(default_factory=list)
 
     def note(self, attempt: Attempt) -> None:
         """Remember a failure."""
         self.attempts = [*self.attempts, attempt][-MAX_ATTEMPTS:]
+
+    def own(self, owner: str) -> None:
+        """Belong to one more goal; with an empty one, stay until it is cancelled by its name."""
+        if not owner:
+            self.is_kept = True
+            return
+        self.owners.add(owner)
+        self.ownerless_since, self.released = None, False
+
+    def release(self, owner: str) -> None:
+        """Note that a goal was cancelled; with the last one, the objective is over."""
+        if owner in self.owners:
+            self.owners.remove(owner)
+            self.released = not self.owners
 
 
 class ObjectiveStore:
@@ -82,8 +97,7 @@ class ObjectiveStore:
             why = f"there would be {len(self._entries | found)} objectives, must be at most {MAX_OBJECTIVES}"
             raise RequestRefused(why, RefusalCode.QUEUE_FULL)
         for entry in found.values():
-            if owner:
-                entry.owner, entry.ownerless_since, entry.released = owner, None, False
+            entry.own(owner)
         self._entries |= found
         return list(found.values())
 
@@ -104,8 +118,8 @@ class ObjectiveStore:
     def disown(self) -> None:
         """Note that all goals have ended with the component's activity: their clients may come back."""
         for entry in self:
-            if entry.owner:
-                entry.owner, entry.ownerless_since, entry.released = "", 0.0, False
+            if entry.owners or entry.released:
+                entry.owners, entry.ownerless_since, entry.released = set(), 0.0, False
 
     def wait_for_clients(self, now: float) -> None:
         """Wait from now on for clients whose goals were lost."""
@@ -114,11 +128,12 @@ class ObjectiveStore:
                 entry.ownerless_since = now
 
     def over(self, now: float, orphan_after: float) -> list[str]:
-        """Return the objectives whose client has cancelled its goal, or has not come back."""
+        """Return the objectives whose clients have all cancelled their goals, or have not come back."""
         return [
             entry.given.name
             for entry in self
-            if entry.released or (entry.ownerless_since is not None and now - entry.ownerless_since >= orphan_after)
+            if not entry.is_kept
+            and (entry.released or (entry.ownerless_since is not None and now - entry.ownerless_since >= orphan_after))
         ]
 
     # --- memory ---
@@ -128,7 +143,8 @@ class ObjectiveStore:
         return [
             {
                 "given": codec.to_plain(entry.given),
-                "had_owner": bool(entry.owner) or entry.ownerless_since is not None,
+                "had_owner": bool(entry.owners) or entry.ownerless_since is not None,
+                "is_kept": entry.is_kept,
                 "progress": entry.progress.value,
                 "attempts": [codec.to_plain(each) for each in entry.attempts],
             }
@@ -146,6 +162,7 @@ class ObjectiveStore:
                 problems.append(f"{given.name}: {error}")
                 continue
             entry.ownerless_since = now if each["had_owner"] else None
+            entry.is_kept = each["is_kept"]
             entry.progress = Progress(each["progress"])
             entry.attempts = [codec.from_plain(one, Attempt) for one in each["attempts"]]
         return problems

@@ -60,6 +60,11 @@ class Designs:
         """Return why designs have no mode."""
         return tuple(each.problem for each in self._by_design.values() if each.problem)
 
+    def removed(self, architecture: Architecture) -> frozenset[str]:
+        """Return the components that designs change, and that the stack does not have any more."""
+        changed = (change.component for each in self._by_design.values() for change in each.changes)
+        return frozenset(changed) - architecture.components.keys()
+
     def clash(self, one: str, other: str) -> str:
         """Return why two designs exclude each other, empty if they do not."""
         mine, others = self._by_design[one], self._by_design[other]
