@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -20,9 +20,10 @@ from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms impor
 from regraft.adaptation_manager.planners.metacontrol.reasoning.decisions import Decision
 from regraft.bus_schema.messages.management.system import SystemStates
 from regraft.bus_schema.messages.planning import Proposal
-from regraft.bus_schema.model.adaptation import MAX_CONTEXT_SIZE, Change, plain_size
+from regraft.bus_schema.model.adaptation import MAX_CONTEXT_SIZE, Change, EnterMode, plain_size
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.lifecycle import PRIMARY, is_lower
+from regraft.bus_schema.model.modes.mode_parts import asked_after
 
 MAX_TRIES: Final = 8
 """Adaptations that one cycle tries at the most."""
@@ -109,28 +110,38 @@ class Cycle:
         fallen = self._fallen_modes(wanted, seen, states)
         known = {each.component: each.state for each in (states.components if states else ()) if each.state}
 
+        planned_on = seen
+
         def plan(architecture: Architecture) -> tuple[Change, ...]:
+            nonlocal planned_on
+            planned_on = architecture
             return changes_to(wanted, left, architecture, known, fallen)
 
         done = await self._manager.carry_out(plan, seen, self._order(decided), waits.adapt)
         self.latest = done
-        return self._concluded(decided, done, designs, keep=keep)
-
-    def _concluded(self, decided: Decided, done: CarriedOut, designs: Designs, *, keep: bool) -> bool:
-        now = self._kit.now()
+        entered = [
+            each
+            for each in decided.plan.decisions
+            if each.design and (each.is_change or designs.of(each.design).mode in fallen)
+        ]
         if done.stands:
-            self._state.carried_out(decided, keep=keep, now=now)
+            modes = [each.mode for each in done.changes if isinstance(each, EnterMode)]
+            asked = asked_after(planned_on.asked_modes, modes, planned_on.mode_parts)
+            self._state.carried_out(decided, asked, keep=keep, now=self._kit.now())
             self.trouble = ""
             self._notify()
             return True
+        return self._failed(entered, done, designs)
+
+    def _failed(self, entered: Sequence[Decision], done: CarriedOut, designs: Designs) -> bool:
+        """Let the designs rest that could not be entered; return whether the cycle is over."""
         why = outcomes.problem_of(done)
-        entered = changed(decided.plan.decisions)
         if not outcomes.is_fault_of_designs(done) or not entered:
             self.trouble = f"the adaptation manager has not changed what was asked for: {why}"
             self._notify()
             return True
         components = outcomes.components_to_blame(done)
-        self._state.failed(outcomes.to_blame(entered, designs, components), components, why, now)
+        self._state.failed(outcomes.to_blame(entered, designs, components), components, why, self._kit.now())
         return False
 
     def _fallen_modes(
@@ -141,13 +152,18 @@ class Cycle:
         It may be on its way: only what was so at the last cycle already counts.
         """
         down = self._state.monitor.down
+        designs = self._state.designs
+        assert designs is not None
+        grounded = {designs.of(each.design).mode for each in self._state.groundings}
 
         def has_fallen(component: str) -> bool:
             state = states.state_of(component) if states else None
             return state in PRIMARY and component not in down and is_lower(state, State.ACTIVE)
 
         now = frozenset(
-            each.mode for each in wanted if in_force(each, architecture) and any(map(has_fallen, each.claims))
+            each.mode
+            for each in wanted
+            if (each.mode in grounded or in_force(each, architecture)) and any(map(has_fallen, each.claims))
         )
         lasting, self._fallen = now & self._fallen, now
         return lasting

@@ -16,11 +16,16 @@ from regraft.bus_schema.model.architecture import Architecture
 
 @dataclass(frozen=True, slots=True)
 class Grounded:
-    """A design that is in force for an objective, since a time of the component's clock."""
+    """A design that is in force for an objective, since a time of the component's clock.
+
+    ``asked`` is the mode that the architecture has for its part. It is another one where only a part of the design's
+    mode could be entered, because others claim components of it.
+    """
 
     objective: str
     design: str
     since: float
+    asked: str = ""
 
     @property
     def name(self) -> str:
@@ -56,16 +61,17 @@ class Groundings:
         """Return the groundings as the reasoner has them."""
         return tuple(Grounding(each.name, each.objective, each.design) for each in self)
 
-    def after(self, plan: Plan, kept: Iterable[Grounded], now: float) -> Groundings:
+    def after(
+        self, plan: Plan, kept: Iterable[Grounded], now: float, designs: Designs, asked_modes: Mapping[str, str]
+    ) -> Groundings:
         """Return the groundings once a plan has been carried out; a design that stays keeps its time."""
         found = {each.objective: each for each in kept}
         for decision in plan.decisions:
             if decision.design is not None:
+                asked = asked_modes.get(designs.of(decision.design).part, "")
                 known = self._all.get(decision.objective)
-                is_same = known is not None and known.design == decision.design
-                found[decision.objective] = (
-                    known if is_same and known else Grounded(decision.objective, decision.design, now)
-                )
+                since = known.since if known is not None and known.design == decision.design else now
+                found[decision.objective] = Grounded(decision.objective, decision.design, since, asked)
         return Groundings(found.values())
 
     def followed(self, designs: Designs, architecture: Architecture, now: float) -> Groundings:
@@ -78,8 +84,8 @@ class Groundings:
             known = designs.of(each.design)
             mode = architecture.asked_modes.get(known.part, "")
             other = designs.of_mode(mode)
-            if known.mode == mode:
-                found.append(each)
+            if mode in (known.mode, each.asked):
+                found.append(replace(each, asked=mode))
             elif other is not None:
-                found.append(replace(each, design=other.design, since=now))
+                found.append(replace(each, design=other.design, since=now, asked=mode))
         return Groundings(found)

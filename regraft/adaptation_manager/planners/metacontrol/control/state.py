@@ -125,12 +125,12 @@ class ControlState:
                 self.note_failure(decision.objective, decision.present, why_left(decision), now)
         self.decided, self.decided_at = decided, now
 
-    def carried_out(self, decided: Decided, *, keep: bool, now: float) -> None:
-        """Note that what was decided is in force."""
+    def carried_out(self, decided: Decided, asked_modes: Mapping[str, str], *, keep: bool, now: float) -> None:
+        """Note that what was decided is in force; ``asked_modes`` are those that the architecture has now."""
         assert self.designs is not None
         kept = decided.kept(self.groundings, self.designs) if keep else ()
         before = {each.objective: each.design for each in self.groundings}
-        self.groundings = self.groundings.after(decided.plan, kept, now)
+        self.groundings = self.groundings.after(decided.plan, kept, now, self.designs, asked_modes)
         for each in self.groundings:
             if before.get(each.objective) != each.design:
                 self.monitor.measurements.forget(each.objective)

@@ -9,7 +9,7 @@ from typing import Final
 from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Model
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
 from regraft.adaptation_manager.planning.modes import NoSuchMode, changes_of
-from regraft.bus_schema.model.adaptation import Change, ChangeState, Connect, SetParameters
+from regraft.bus_schema.model.adaptation import Add, Change, ChangeState, Connect, SetParameters
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.lifecycle import Transition
 from regraft.bus_schema.model.modes.mode_parts import DEFAULT, part_of
@@ -62,8 +62,9 @@ class Designs:
 
     def removed(self, architecture: Architecture) -> frozenset[str]:
         """Return the components that designs change, and that the stack does not have any more."""
-        changed = (change.component for each in self._by_design.values() for change in each.changes)
-        return frozenset(changed) - architecture.components.keys()
+        changes = [change for each in self._by_design.values() for change in each.changes]
+        added = {each.component for each in changes if isinstance(each, Add)}
+        return frozenset(each.component for each in changes) - added - architecture.components.keys()
 
     def clash(self, one: str, other: str) -> str:
         """Return why two designs exclude each other, empty if they do not."""

@@ -6,10 +6,10 @@ from collections.abc import Collection, Iterable, Mapping
 
 from regraft.adaptation_manager.planners.metacontrol.control.modes.designs import DesignMode
 from regraft.adaptation_manager.planning.modes import NoSuchMode, changes_of
-from regraft.bus_schema.model.adaptation import Change, ChangeState, EnterMode
+from regraft.bus_schema.model.adaptation import Add, Change, ChangeState, EnterMode
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.lifecycle import State, Transition
-from regraft.bus_schema.model.modes.modes import as_needed
+from regraft.bus_schema.model.modes.modes import as_needed, is_in_force
 
 
 def changes_to(
@@ -22,23 +22,32 @@ def changes_to(
     """Return the changes after which the wanted designs are in force, and those that are left are not.
 
     No other design changes a component that a wanted design claims. A mode is entered by its name if all of it can be
-    done. ``states`` are those that components are in. Modes that have ``fallen`` are entered again.
+    done. Components that were removed from the stack are left out of what is released. ``states`` are those that
+    components are in. Modes that have ``fallen`` are entered again.
     """
+    left = tuple(left)
     modes = {each.mode: each for each in wanted}
     parts = {each.part for each in modes.values()}
     claimed = {component for each in modes.values() for component in each.claims}
+    grounded = {each.mode for each in left}
     found: list[Change] = []
 
-    def enter(mode: str, changes: tuple[Change, ...], others: Collection[str]) -> None:
-        kept = tuple(each for each in changes if each.component not in others)
-        found.extend((EnterMode(mode),) if kept == changes else as_needed(kept, architecture, found, states))
+    def enter(mode: str, changes: tuple[Change, ...], own: Collection[str]) -> None:
+        there = architecture.components.keys() | {each.component for each in changes if isinstance(each, Add)}
+        kept = tuple(each for each in changes if each.component in own or each.component in there - claimed)
+        if kept == changes:
+            found.append(EnterMode(mode))
+            return
+        stays = mode in grounded and mode not in fallen
+        needed = as_needed(kept, architecture, found, None if stays else states)
+        found.extend(each for each in needed if isinstance(each, ChangeState) or not is_in_force((each,), architecture))
 
     for each in {each.part: each for each in left if each.part not in parts}.values():
         if not each.rest or architecture.asked_modes.get(each.part) != each.rest:
-            enter(each.rest, _changes_of_rest(each, architecture), claimed)
+            enter(each.rest, _changes_of_rest(each, architecture), ())
     for each in modes.values():
         if each.mode in fallen or not in_force(each, architecture):
-            enter(each.mode, each.changes, claimed - each.claims.keys())
+            enter(each.mode, each.changes, each.claims)
     return tuple(found)
 
 
