@@ -128,7 +128,7 @@ class Manager:
             except CallFailed as error:
                 refused = error.answer is Answer.REFUSED
                 return CarriedOut(changes, "refused" if refused else "no_answer", error=str(error))
-            if attempt == ATTEMPTS - 1 or not _is_stale(report):
+            if attempt == ATTEMPTS - 1 or not is_stale(report):
                 return CarriedOut(changes, report.outcome.value, report)
             try:
                 seen = await self.architecture(within)
@@ -137,7 +137,8 @@ class Manager:
         return CarriedOut((), "unchanged")
 
 
-def _is_stale(report: AdaptationReport) -> bool:
+def is_stale(report: AdaptationReport) -> bool:
+    """Return whether an adaptation was refused because the architecture is not the one that it was worked out for."""
     fields = {(violation.component, violation.field) for violation in report.violations}
     return report.outcome is Outcome.REJECTED and fields == {("", "revision")}
 

@@ -363,9 +363,13 @@ class Metacontroller(Component):
     async def propose(self, request: ProposalRequest) -> Proposal:
         """Decide on one more objective, and keep it from now on if that is wanted."""
         given = objective_of(request)
+        self._state.translator.objective(given, "inputs.")
         if not request.apply:
-            objective = self._state.translator.objective(given, "inputs.")
-            return await self._cycle.proposal(objective, self._settings(), self._waits())
+            (entry,) = self._state.store.prepared([given])
+            try:
+                return await self._cycle.proposal(entry.objective, self._settings(), self._waits())
+            except ReasonerFailed as error:
+                raise RequestRefused(f"the reasoner failed: {error}", RefusalCode.UNAVAILABLE) from None
         self._state.store.add([given])
         await self._settled()
         decision = self._state.decided.plan.of(given.name) if self._state.decided else None

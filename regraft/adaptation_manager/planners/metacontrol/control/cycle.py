@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -68,11 +68,11 @@ class Cycle:
             architecture = await self._manager.architecture(waits.answer)
             self._state.follow(architecture, self._kit.now())
 
-    def decided(self, settings: Settings) -> Decided:
-        """Return a decision; raises ReasonerFailed for any error."""
+    def decided(self, settings: Settings, further: Iterable[Objective] = ()) -> Decided:
+        """Return a decision, also on ``further`` objectives; raises ReasonerFailed for any error."""
         begun = time.perf_counter()
         try:
-            return self._state.decide(self._kit.now(), settings)
+            return self._state.decide(self._kit.now(), settings, further)
         except Exception as error:
             raise ReasonerFailed(f"{type(error).__name__}: {error}") from error
         finally:
@@ -82,7 +82,7 @@ class Cycle:
         """Return what would be decided on one more objective, and changed; nothing is."""
         architecture = await self._manager.architecture(waits.answer)
         self._state.follow(architecture, self._kit.now())
-        decided = self._state.decide(self._kit.now(), settings, (objective,))
+        decided = self.decided(settings, () if objective.name in self._state.store else (objective,))
         decision = decided.plan.of(objective.name)
         designs = self._state.designs
         assert designs is not None

@@ -29,8 +29,11 @@ class Grounded:
 
     @property
     def name(self) -> str:
-        """The name of the grounding: objectives that share a design have one each."""
-        return f"fg_{self.objective}_{local_name(self.design)}"
+        """The name of the grounding: objectives that share a design have one each.
+
+        No objective has the mark between both in its name, so no two groundings share a name.
+        """
+        return f"fg_{self.objective}#{local_name(self.design)}"
 
 
 class Groundings:
@@ -86,6 +89,6 @@ class Groundings:
             other = designs.of_mode(mode)
             if mode in (known.mode, each.asked):
                 found.append(replace(each, asked=mode))
-            elif other is not None:
+            elif other is not None and other.function == known.function:
                 found.append(replace(each, design=other.design, since=now, asked=mode))
         return Groundings(found)

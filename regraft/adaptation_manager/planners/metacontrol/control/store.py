@@ -83,6 +83,14 @@ class ObjectiveStore:
 
     def add(self, given: Sequence[Objective], owner: str = "") -> list[Entry]:
         """Add objectives, all or none; raises RequestRefused. An equal one of a present name is that one."""
+        found = self.prepared(given, owner)
+        for entry in found:
+            entry.own(owner)
+            self._entries[entry.given.name] = entry
+        return found
+
+    def prepared(self, given: Sequence[Objective], owner: str = "") -> list[Entry]:
+        """Return objectives as they would be added, with nothing added; raises RequestRefused."""
         found: dict[str, Entry] = {}
         for index, each in enumerate(given):
             named = replace(each, name=each.name or each.skill, operators={})
@@ -96,9 +104,6 @@ class ObjectiveStore:
         if len(self._entries | found) > MAX_OBJECTIVES:
             why = f"there would be {len(self._entries | found)} objectives, must be at most {MAX_OBJECTIVES}"
             raise RequestRefused(why, RefusalCode.QUEUE_FULL)
-        for entry in found.values():
-            entry.own(owner)
-        self._entries |= found
         return list(found.values())
 
     def remove(self, name: str) -> None:

@@ -26,6 +26,8 @@ PLAIN_TYPES: Final[dict[str, tuple[type, ...]]] = {
     "float": (int, float),
     "string": (str,),
 }
+MAX_SHOWN: Final = 4096
+"""Characters of a refusal that repeats what a client gave."""
 POSE: Final = "PoseStamped"
 PROGRESS: Final = {
     ResultKind.SUCCESS: Progress.SUCCESS,
@@ -49,8 +51,8 @@ class Translator:
 
     def objective(self, given: Objective, where: str = "") -> knowledge.Objective:
         """Return an objective of the knowledge base; raises RequestRefused, with the field behind ``where``."""
-        if not given.name or any(mark in given.name for mark in "/#"):
-            raise _refused(f"{given.name!r}: must be a name without '/' and '#'", f"{where}name")
+        if not given.name.strip() or not given.name.isprintable() or any(mark in given.name for mark in "/#"):
+            raise _refused(f"{given.name!r}: must be a printable name without '/' and '#'", f"{where}name")
         function = self._find("function", given.skill, f"{where}skill")
         requirements = tuple(
             knowledge.Requirement(self._quality(name, function, f"{where}requirements.{name}"), bound)
@@ -64,7 +66,7 @@ class Translator:
             self._find("quality", name, f"{where}curves.{name}"): _curve(points, f"{where}curves.{name}")
             for name, points in (given.curves or {}).items()
         }
-        design = self._find("design", given.realization, f"{where}realization") if given.realization else None
+        design = self._design(given.realization, function, f"{where}realization") if given.realization else None
         self._check_inputs(given, f"{where}inputs")
         found = knowledge.Objective(
             given.name,
@@ -93,6 +95,15 @@ class Translator:
             if text.upper() == name.value:
                 return name
         raise _refused(no_such("result", text or str(number), [*known, *(each.value for each in Progress)]), "text")
+
+    def _design(self, name: str, function: str, where: str) -> str:
+        """Return the design that a realization is; one whose name several skills have is meant by the file's name."""
+        own = [iri for iri, design in self._model.designs.items() if design.function == function]
+        for wanted in (name, f"{local_name(function)}_{name}"):
+            for iri in own:
+                if local_name(iri) == wanted:
+                    return iri
+        return self._find("design", name, where)
 
     def _quality(self, name: str, function: str, where: str) -> str:
         quality = self._find("quality", name, where)
@@ -163,4 +174,8 @@ def _misfit(field: Field, value: PlainValue) -> str:
 
 
 def _refused(why: str, where: str) -> RequestRefused:
-    return RequestRefused(why, RefusalCode.INVALID, field=where)
+    return RequestRefused(_short(why), RefusalCode.INVALID, field=_short(where))
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= MAX_SHOWN else f"{text[:MAX_SHOWN]} ..."

@@ -18,6 +18,8 @@ from regraft.bus_schema.suggestions import no_such
 LOWEST: Final = 0.0
 HIGHEST: Final = 1.0
 """The range of a quality that names none: qualities are normalized (MROS, section III)."""
+HIGHEST_WEIGHT: Final = 1e9
+"""The highest weight of an objective: sums of huge ones would not be numbers any more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,8 +171,10 @@ def objective_problems(model: Model, objective: Objective) -> tuple[str, ...]:
         if not is_number(each.bound)
     ]
     for name, weight in (objective.weights or {}).items():
-        if not is_number(weight) or weight < 0:
-            found.append(f"the weight of {local_name(name)!r} is {weight!r}, must be a number of at least 0")
+        if not is_number(weight) or not 0 <= weight <= HIGHEST_WEIGHT:
+            found.append(
+                f"the weight of {local_name(name)!r} is {weight!r}, must be a number from 0 to {HIGHEST_WEIGHT:g}"
+            )
     if objective.design is not None:
         design = model.designs.get(objective.design)
         if design is None:

@@ -20,7 +20,7 @@ ACTIVATE: Final = Transition.ACTIVATE
 
 @dataclass(frozen=True, slots=True)
 class DesignMode:
-    """A design's mode: its name, the part that it is of, the part's rest, and its changes.
+    """A design's mode: its name, the part that it is of, the part's rest, and its changes; the design's function.
 
     ``claims`` has the settings of each component that is active in it, as text. Other components are only released.
     ``problem`` is why there is no such mode.
@@ -33,6 +33,7 @@ class DesignMode:
     changes: tuple[Change, ...] = ()
     claims: Mapping[str, str] = field(default_factory=dict)
     problem: str = ""
+    function: str = ""
 
 
 class Designs:
@@ -90,9 +91,9 @@ def _mode_of(design: str, model: Model, architecture: Architecture, scope: str) 
     except NoSuchMode as error:
         return DesignMode(design, problem=f"{own}: {error}")
     rest = f"{mode.rpartition('.')[0]}.{DEFAULT}"
-    return DesignMode(
-        design, mode, part_of(mode), rest if rest in architecture.modes else "", changes, claims_of(changes)
-    )
+    known = rest if rest in architecture.modes else ""
+    claims, solved = claims_of(changes), model.designs[design].function
+    return DesignMode(design, mode, part_of(mode), known, changes, claims, function=solved)
 
 
 def _found(own: str, function: str, prefix: str, architecture: Architecture) -> str:

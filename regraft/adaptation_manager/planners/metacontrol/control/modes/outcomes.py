@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from regraft.adaptation_manager.planners.manager_client import CarriedOut
+from regraft.adaptation_manager.planners.manager_client import CarriedOut, is_stale
 from regraft.adaptation_manager.planners.metacontrol.control.modes.designs import Designs
 from regraft.adaptation_manager.planners.metacontrol.reasoning.decisions import Decision
-from regraft.bus_schema.model.adaptation import Change, StepState
+from regraft.bus_schema.model.adaptation import Change, Outcome, StepState
 
 
 def problem_of(done: CarriedOut) -> str:
@@ -19,8 +19,11 @@ def problem_of(done: CarriedOut) -> str:
 
 
 def is_fault_of_designs(done: CarriedOut) -> bool:
-    """Return whether the designs are to blame: the manager has judged or tried their changes."""
-    return done.report is not None
+    """Return whether the designs are to blame: the manager has judged or tried their changes.
+
+    It has not where others have changed the architecture meanwhile, or have cancelled the adaptation.
+    """
+    return done.report is not None and not is_stale(done.report) and done.report.outcome is not Outcome.CANCELLED
 
 
 def components_to_blame(done: CarriedOut) -> frozenset[str]:

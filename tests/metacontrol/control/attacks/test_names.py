@@ -1,0 +1,142 @@
+"""Absurd objectives, and names that several things share."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from regraft import CallFailed, RefusalCode
+from regraft.adaptation_manager.planners.metacontrol.control.groundings import Grounded
+from regraft.adaptation_manager.planners.metacontrol.control.keeping import FILE
+from regraft.adaptation_manager.planners.metacontrol.knowledge.knowledge_base import load
+from regraft.adaptation_manager.planners.metacontrol.reasoning.analysis import Analyser
+from regraft.adaptation_manager.planners.metacontrol.skills.generators.system_modes import system_modes
+from regraft.bus_schema.messages.management.objectives import Objective
+from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
+from regraft.bus_schema.model.adaptation import EnterMode
+from tests.metacontrol.control import bench
+from tests.metacontrol.control.bench import PATROL, SKILLS, perform
+from tests.metacontrol.control.parts import PLANNER, Director
+
+HUGE = {"safety": 1e308, "performance": 1e308, "energy": 1e308}
+SHARED = (
+    SKILLS
+    + """\
+Skill to_watch { quality attributes [safety] }
+Realization normal of to_watch {
+  Component dock active
+  Quality [safety: 0.9]; context: Default
+};
+"""
+)
+
+
+@pytest.mark.parametrize("name", ["  ", "a\nb", "a\0b", "\x1b[2J", "a\u202eb"])
+def test_a_name_that_cannot_be_shown_is_refused(tmp_path: Path, name: str) -> None:
+    async def script(director: Director) -> None:
+        with pytest.raises(CallFailed) as refused:
+            await director.add(replace(PATROL, name=name))
+        assert (refused.value.code, refused.value.field) == (RefusalCode.INVALID, "objectives.0.name")
+
+    perform(tmp_path, script)
+
+
+def test_weights_whose_sum_is_no_number_are_refused(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        with pytest.raises(CallFailed) as refused:
+            await director.add(replace(PATROL, weights=HUGE))
+        assert "must be a number from 0 to 1e+09" in refused.value.why
+
+    perform(tmp_path, script)
+
+
+def test_unknown_names_of_any_length_are_refused_briefly(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        for name in ("s" * 300_000, "\x1b" * 1000):
+            with pytest.raises(CallFailed) as refused:
+                await director.add(replace(PATROL, requirements={name: 0.5}))
+            assert len(str(refused.value)) < 10_000
+
+    perform(tmp_path, script)
+
+
+def test_sixty_four_objectives_are_provided_and_one_more_is_refused(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        given = [replace(PATROL, name="ü" * 190 + str(number)) for number in range(64)]
+        found = await director.add(*given)
+        assert [each.realization for each in found.objectives] == ["normal"] * 64
+        with pytest.raises(CallFailed) as refused:
+            await director.add(PATROL)
+        assert refused.value.code is RefusalCode.QUEUE_FULL
+
+    perform(tmp_path, script)
+
+
+def test_the_knowledge_base_is_saved_with_names_of_any_characters(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = Analyser.analyse
+    broken = [False]
+
+    def analyse(self: Analyser, situation: object) -> object:
+        if broken[0]:
+            raise ValueError("no conclusion")
+        return whole(self, situation)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Analyser, "analyse", analyse)
+
+    async def script(director: Director) -> None:
+        await director.add(replace(PATROL, name="grüße <&\"' {x} | ^ ` \\ %"))
+        broken[0] = True
+        await director.wait(1.0)
+        events = [each.text for each in director.system.events if each.kind == "metacontrol.reasoner_failed"]
+        assert events
+        assert "could not be saved" not in events[0]
+
+    perform(tmp_path, script)
+    assert load([tmp_path / FILE]).facts
+
+
+def test_a_realization_to_begin_with_has_the_name_of_its_file_though_skills_share_it(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        found = await director.add(
+            replace(PATROL, realization="normal"), Objective("to_watch", "watch", realization="normal")
+        )
+        assert [each.mode for each in found.objectives] == ["to_navigate.normal", "to_watch.normal"]
+
+    perform(tmp_path, script, skills=SHARED)
+
+
+def test_groundings_of_different_objectives_and_designs_never_share_a_name() -> None:
+    assert Grounded("a_b", "http://x#c", 0.0).name != Grounded("a", "http://x#b_c", 0.0).name
+
+
+def test_a_mode_of_another_skill_in_the_same_system_is_not_taken_over(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bench, "system_modes", lambda skills: system_modes(skills, "robot"))
+
+    async def script(director: Director) -> None:
+        await director.add(PATROL)
+        await director.adapt(EnterMode("robot.docking"))
+        await director.wait(1.0)
+        assert (await director.status("patrol")).mode == "robot.normal"
+
+    perform(tmp_path, script)
+
+
+def test_a_proposal_for_a_present_objective_of_other_content_is_refused_and_changes_nothing(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        await director.add(PATROL)
+        for apply in (False, True):
+            request = ProposalRequest(
+                "patrol", apply=apply, inputs={"skill": "to_navigate", "requirements": {"safety": 0.9}}
+            )
+            with pytest.raises(CallFailed) as refused:
+                await director.kit.call(f"planners/{PLANNER}/propose", request, Proposal, timeout=30.0)
+            assert refused.value.code is RefusalCode.CONFLICT
+        assert (await director.status("patrol")).requirements == PATROL.requirements
+
+    perform(tmp_path, script)
