@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import Status
+from regraft.adaptation_manager.planners.metacontrol.reasoning import planning
 from regraft.adaptation_manager.planners.metacontrol.reasoning.assessment import Against
 from regraft.adaptation_manager.planners.metacontrol.reasoning.planning import clash_of_modes
 from tests.metacontrol.owl import NAVIGATE, PERFORMANCE, SAFETY, design, individual, iri, write
@@ -156,3 +157,18 @@ def test_the_context_selects_designs_and_else_the_default_ones(tmp_path: Path) -
     assert cycle.decision("charge").design == iri("plug"), "it has no design for the dark"
     cycle.situation = replace(cycle.situation, context="Default")
     assert cycle.design() == "day"
+
+
+def test_a_search_that_is_given_up_leaves_other_objectives_their_share(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(planning, "MAX_TRIES", 10)
+    many = [design(f"way_{number}", RECHARGE, {PERFORMANCE: 0.5}) for number in range(20)]
+    taken = {iri(f"way_{number}"): {iri("nav:camera"): "active.NEAR"} for number in range(20)}
+    clash = clash_of_modes({iri("watch"): {iri("nav:camera"): "active.WIDE"}, **taken})
+    given = (objective(priority=2), objective("charge", RECHARGE, priority=1), objective("again"))
+    cycle = Cycle(write(tmp_path, PARTS[0], *many), *given, clash=clash)
+    cycle.run()
+    assert cycle.decision("drive").design == iri("watch")
+    assert cycle.decision("charge").design is None
+    assert cycle.decision("again").design == iri("watch")

@@ -25,6 +25,7 @@ from regraft import (
 )
 from regraft.adaptation_manager.planners.metacontrol.control import statuses
 from regraft.adaptation_manager.planners.metacontrol.control.cycle import Cycle, ReasonerFailed, Waits
+from regraft.adaptation_manager.planners.metacontrol.control.doubts import Doubts
 from regraft.adaptation_manager.planners.metacontrol.control.keeping import keep_knowledge
 from regraft.adaptation_manager.planners.metacontrol.control.loading import load_all, problems_in
 from regraft.adaptation_manager.planners.metacontrol.control.measurements import Times
@@ -123,6 +124,7 @@ class Metacontroller(Component):
         self._cycle = Cycle(self.kit, self._state, self._notify)
         self._stale = (self.states.latest, self.faults.latest)
         self._complaint = ""
+        self._doubts = Doubts()
         self._state.store.wait_for_clients(self.kit.now())
         self.kit.spawn(self._control(), "controlling")
 
@@ -156,7 +158,7 @@ class Metacontroller(Component):
         try:
             monitor.take(diagnostic, self.kit.now(), known)
         except Implausible as error:
-            self._complain("metacontrol.implausible", f"{diagnostic.source}: {diagnostic.text}: {error}")
+            self._doubt(f"{diagnostic.source}: {diagnostic.text}: {error}")
         if (monitor.failed, monitor.context) != before or diagnostic.text == wire.BINDING_ERROR:
             self._begin_cycle()
 
@@ -200,7 +202,7 @@ class Metacontroller(Component):
             self.kit.event("metacontrol.ended", f"the client of the objective {name!r} is gone", objective=name)
         try:
             await self._cycle.run(settings, self._waits(), self.states.latest, keep=self.without_design == "keep")
-            self._complaint = ""
+            self._be_well()
         except RequestRefused as error:
             self._cycle.trouble = str(error)
             self._complain("metacontrol.undecided", str(error))
@@ -224,6 +226,16 @@ class Metacontroller(Component):
             self._complaint = text
             self.kit.event(kind, text)
             self.kit.diagnose("objectives", Level.ERROR, text)
+
+    def _be_well(self) -> None:
+        if self._complaint:
+            self._complaint = ""
+            self.kit.diagnose("objectives", Level.OK, "decided")
+
+    def _doubt(self, text: str) -> None:
+        report = self._doubts.report_of(text, self.kit.now())
+        if report:
+            self.kit.event("metacontrol.implausible", report)
 
     def _show(self) -> None:
         found = statuses.all_statuses(self._state, self.kit.now(), self._cycle.trouble).objectives

@@ -78,3 +78,16 @@ def test_contexts_that_change_all_the_time_without_designs_change_nothing(tmp_pa
         assert (await director.status("patrol")).realization == "normal"
 
     perform(tmp_path, script)
+
+
+def test_a_storm_of_implausible_diagnostics_makes_no_storm_of_events(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        await director.add(PATROL)
+        for number in range(100):
+            director.report("safety", 2.0 + number)
+            await director.wait(0.02)
+        events = [each for each in director.system.events if each.kind == "metacontrol.implausible"]
+        assert 1 <= len(events) <= 20
+        assert (await director.status("patrol")).realization == "normal"
+
+    perform(tmp_path, script)

@@ -38,6 +38,7 @@ MARGIN: Final = 0.05
 """How much better a design must be to replace one that is without errors."""
 
 MAX_TRIES: Final = 10_000
+"""Designs that one decision tries at the most. Each objective has its share, and what those before it have left."""
 MAX_REASON: Final = 300
 """Characters of the reason why a requirement has no design, which holds the reasons of its own requirements."""
 
@@ -82,7 +83,8 @@ def plan(
     rankings = analysis.rankings if analysis.rankings.model is model else Rankings(model)
     planner = _Planner(model, situation, analysis, rankings, resting.all(now), now, clash, margin)
     order = sorted(enumerate(situation.objectives), key=lambda each: (-each[1].priority, each[0]))
-    for _, objective in order:
+    for place, (_, objective) in enumerate(order, 1):
+        planner.limit = MAX_TRIES * place // len(order)
         planner.decide(objective, ())
     return Plan(tuple(planner.decisions))
 
@@ -102,6 +104,7 @@ class _Planner:
     held: list[tuple[str, str]] = field(default_factory=list)
     decisions: list[Decision] = field(default_factory=list)
     tries: int = 0
+    limit: int = MAX_TRIES
 
     def decide(self, objective: Objective, path: tuple[str, ...], parent: str = "") -> bool:
         """Decide an objective and what its design requires; return whether it has a design."""
@@ -153,9 +156,9 @@ class _Planner:
     def _try(self, objective: Objective, name: str, path: tuple[str, ...]) -> Objection | None:
         """Take a design and what it requires; return why that is not possible, with nothing taken."""
         design = self.model.designs[name]
+        if self.tries >= self.limit:
+            return Objection(Against.REQUIRED, f"the search was given up after {self.limit} designs")
         self.tries += 1
-        if self.tries > MAX_TRIES:
-            return Objection(Against.REQUIRED, f"the search was given up after {MAX_TRIES} designs")
         for holder, other in self.held:
             why = self.clash(name, other)
             if why:
