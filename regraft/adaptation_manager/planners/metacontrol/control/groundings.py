@@ -18,8 +18,8 @@ from regraft.bus_schema.model.architecture import Architecture
 class Grounded:
     """A design that is in force for an objective, since a time of the component's clock.
 
-    ``asked`` is the mode that the architecture has for its part. It is another one where only a part of the design's
-    mode could be entered, because others claim components of it.
+    ``asked`` is the mode that the architecture has for its part. It is not the design's where that was entered in part:
+    others claim components of it.
     """
 
     objective: str
