@@ -1,6 +1,6 @@
 """The rule engine concludes what Pellet concludes: random knowledge bases, comparisons included.
 
-Pellet runs in Java, by owlready2 before 0.50 (later versions need Java 25): ``pip install 'owlready2<0.50'``.
+Pellet runs in Java, by owlready2 before 0.50 (later versions need Java 25): the extra ``oracle``.
 """
 
 from __future__ import annotations
