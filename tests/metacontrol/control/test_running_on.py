@@ -5,10 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
+
 from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
 from regraft.bus_schema.model.adaptation import EnterMode, SetParameters, Swap
 from regraft.bus_schema.model.lifecycle import State
-from tests.metacontrol.control.bench import PATROL, SKILLS, perform
+from regraft.stack import StackError, check_with_classes, load
+from tests.metacontrol.control.bench import PATROL, SKILLS, perform, write
 from tests.metacontrol.control.parts import PLANNER, Director
 
 RULE = """\
@@ -176,3 +179,12 @@ def test_values_that_others_change_within_a_design_are_left_alone(tmp_path: Path
         assert director.system.view("controller").parameters["speed"] == 0.33
 
     perform(tmp_path, script)
+
+
+def test_a_stack_without_an_adaptation_manager_is_refused(tmp_path: Path) -> None:
+    file = write(tmp_path)
+    text = file.read_text()
+    start, end = text.index("  adaptation_manager:"), text.index("modes: modes.yaml")
+    file.write_text(text[:start] + text[end:])
+    with pytest.raises(StackError, match=r"metacontrol.*needs an adaptation manager"):
+        check_with_classes(load(file))

@@ -37,12 +37,17 @@ from regraft.bus_schema.messages.health import Diagnostic
 from regraft.bus_schema.messages.management import objectives as wire
 from regraft.bus_schema.messages.management.system import SystemFaults, SystemStates
 from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
-from regraft.bus_schema.model.adaptation import AdaptationReport
+from regraft.bus_schema.model.adaptation import ADAPT, AdaptationReport
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.description import Resources
+from regraft.bus_schema.model.robots.offers import offered_services
 from regraft.bus_schema.model.robots.scopes import scope_of
 
 MAX_GOALS: Final = 64
+NO_MANAGER: Final = (
+    "needs an adaptation manager, which enters the modes that it decides on: add a component of the class "
+    "regraft.adaptation_manager.manager:AdaptationManager"
+)
 KEPT_WITHIN: Final = 1.0
 """Seconds that an answer waits at the most until the host has what it promises."""
 LONGEST: Final = 86_400.0
@@ -91,6 +96,8 @@ class Metacontroller(Component):
     @classmethod
     def check_architecture(cls, name: str, parameters: dict[str, Any], architecture: Architecture) -> None:
         """Find what is wrong with the skills in the stack, by the lines of their file."""
+        if not any(ADAPT in offered_services(spec).values() for spec in architecture.components.values()):
+            raise ValueError(NO_MANAGER)
         scope = scope_of(name, architecture.topics)
         wrong = problems_in(parameters["skills"], parameters["knowledge"], architecture, scope)
         if wrong:
@@ -319,7 +326,7 @@ class Metacontroller(Component):
     @service("planners/{name}/objectives/explain")
     def explain(self, request: wire.ExplanationQuery) -> wire.Explanation:
         """Explain the latest decision on an objective."""
-        return statuses.explanation(self._state, request.objective, self._cycle.trouble)
+        return statuses.explanation(self._state, request.objective, self.kit.now(), self._cycle.trouble)
 
     @service("planners/{name}/objectives/cancel")
     async def cancel(self, request: wire.ObjectivesCancellation) -> wire.ObjectivesStatus:
