@@ -41,8 +41,9 @@ def check(text: str) -> None:
     outline_plain(outline_of(found.skills))
     if any(each.severity is Severity.ERROR for each in found.diagnostics):
         return
-    modes, observed, owl = generated(found.skills).values()
+    modes, observed, qualities, owl = generated(found.skills).values()
     assert isinstance(yaml.safe_load(observed), dict)
+    assert isinstance(yaml.safe_load(qualities), dict)
     rdflib.Graph().parse(data=owl, format="xml")
     components = {each.name.replace("/", ".") for one in found.skills.realizations for each in one.components}
     if yaml.safe_load(modes) is not None:
