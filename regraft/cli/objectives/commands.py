@@ -257,7 +257,7 @@ def context(
             if as_json:
                 show_json(changed)
             else:
-                say(f"the context is {changed.context}, before {changed.before}")
+                say(f"the context is {changed.context}; it was {changed.before}")
             return
         found = ask(there, meant, LIST, ObjectivesQuery(), ObjectivesStatus)
     if as_json:

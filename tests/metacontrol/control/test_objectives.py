@@ -236,7 +236,7 @@ def test_an_explanation_says_of_each_realization_what_spoke_for_or_against_it(tm
             "normal: not selected, utility 0.76",
             "against: not realisable",
             "energy is estimated 0.7, must be <= 0.5",
-            "failed at",
+            "s ago: normal: not realisable: laser has failed (rule required-component)",
         ):
             assert part in text, text
         with pytest.raises(CallFailed) as refused:

@@ -203,5 +203,5 @@ def test_objectives_end_by_name_by_task_or_by_their_result(system: System, tmp_p
 
 def test_the_context_is_shown_and_set(system: System) -> None:
     assert objective(system, "context").stdout.splitlines() == ["context  present", "Dark", "Default  yes"]
-    assert objective(system, "context", "Dark").stdout == "the context is Dark, before Default\n"
+    assert objective(system, "context", "Dark").stdout == "the context is Dark; it was Default\n"
     assert system.ask("objective", "context") == {"context": "Dark", "contexts": ["Default", "Dark"]}

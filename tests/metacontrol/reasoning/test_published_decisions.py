@@ -84,7 +84,7 @@ def test_a_decision_is_explained_for_each_design(robot: Cycle) -> None:
         "    energy: -0.1 of the utility",
         "    for: safety is estimated 0.8, >= 0.5",
         "    for: energy is estimated 0.5, <= 0.5",
-        '    against: not realisable: c_status(battery, "FALSE") (rule required-component)',
+        "    against: not realisable: battery has failed (rule required-component)",
     ]
     data = robot.decision().as_data()["designs"]
     assert isinstance(data, list)

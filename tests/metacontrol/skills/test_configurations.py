@@ -127,6 +127,13 @@ def test_configurations_with_equal_parameters_are_warned_about() -> None:
     assert one.message == "inference cannot distinguish 'B' of 'm' from 'A': their parameters are equal"
 
 
+def test_a_mistyped_mode_without_parameters_has_the_nearest_one() -> None:
+    text = "Component m { Configuration active.SLOW { p: 1 }, Configuration active { p: 0 } }"
+    wrong = skill(realization(components="Component m active.SLWO"))
+    one = only(text + wrong, Code.INDISTINGUISHABLE, Severity.WARNING)
+    assert one.message.endswith("are equal; 'SLWO' has none of its own: did you mean 'SLOW'?")
+
+
 @pytest.mark.parametrize("value", ["2", "1.0", "true", '"1"'])
 def test_configurations_with_different_values_or_types_are_distinct(value: str) -> None:
     assert [each for each in found(MODES % value) if "'B'" in each.message] == []

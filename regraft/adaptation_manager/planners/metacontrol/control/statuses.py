@@ -91,7 +91,7 @@ def _state(state: ControlState, decision: Decision | None, design: str) -> tuple
     return Status.IN_PROGRESS, (), decision.why if design == decision.design else ""
 
 
-def explanation(state: ControlState, name: str, trouble: str = "") -> Explanation:
+def explanation(state: ControlState, name: str, now: float, trouble: str = "") -> Explanation:
     """Return what spoke for and against each design in the latest decision; raises RequestRefused."""
     status = next(family(state, name, trouble))
     decision = state.decided.plan.of(name) if state.decided else None
@@ -103,5 +103,7 @@ def explanation(state: ControlState, name: str, trouble: str = "") -> Explanatio
     updatable = state.decided.analysis.why_updatable(name)
     if updatable is not None:
         lines += ["reconsidered:", *(f"  {line}" for line in updatable.lines())]
-    lines += [f"failed at {each.stamp:.1f} s: {each.realization}: {each.why}" for each in status.attempts]
+    lines += [
+        f"failed {max(0.0, now - each.stamp):.1f} s ago: {each.realization}: {each.why}" for each in status.attempts
+    ]
     return Explanation(name, state.decided_at, "\n".join(lines), decision.as_data())

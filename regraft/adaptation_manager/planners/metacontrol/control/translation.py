@@ -28,6 +28,8 @@ PLAIN_TYPES: Final[dict[str, tuple[type, ...]]] = {
 }
 MAX_SHOWN: Final = 4096
 """Characters of a refusal that repeats what a client gave."""
+CALLED: Final = {"function": "skill", "design": "realization"}
+"""Kinds of the knowledge base, in the words of files of skills."""
 POSE: Final = "PoseStamped"
 PROGRESS: Final = {
     ResultKind.SUCCESS: Progress.SUCCESS,
@@ -126,7 +128,7 @@ class Translator:
 
     def _find(self, kind: str, name: str, where: str) -> str:
         try:
-            return self._model.find(kind, name)
+            return self._model.find(kind, name, CALLED.get(kind, ""))
         except ValueError as error:
             raise _refused(str(error), where) from None
 

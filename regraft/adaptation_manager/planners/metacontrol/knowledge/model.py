@@ -127,10 +127,11 @@ class Model:
         there = tuple(design for design in own if design.context == context)
         return there or tuple(design for design in own if design.context == DEFAULT_CONTEXT)
 
-    def find(self, kind: str, name: str) -> str:
+    def find(self, kind: str, name: str, called: str = "") -> str:
         """Return the IRI of a function, design, component, quality or objective, by its IRI or exact local name.
 
-        Raises ValueError where there is none, or where the name means several.
+        ``called`` is the word for the kind in errors. Raises ValueError where there is none, or where the name means
+        several.
         """
         known: Mapping[str, object] | tuple[str, ...] = {
             "function": dict.fromkeys(self.functions),
@@ -145,8 +146,8 @@ class Model:
         if len(found) == 1:
             return found[0]
         if found:
-            raise ValueError(f"the {kind} {name!r} is one of several: {', '.join(sorted(found))}")
-        raise ValueError(no_such(kind, name, map(local_name, known)))
+            raise ValueError(f"the {called or kind} {name!r} is one of several: {', '.join(sorted(found))}")
+        raise ValueError(no_such(called or kind, name, map(local_name, known)))
 
 
 def objective_problems(model: Model, objective: Objective) -> tuple[str, ...]:

@@ -9,8 +9,8 @@ from enum import StrEnum
 from regraft.adaptation_manager.planners.metacontrol.knowledge import names
 from regraft.adaptation_manager.planners.metacontrol.knowledge.curves import Curve
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.explanation import Reason
-from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import fact_text, local_name
-from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import Status
+from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import Fact, fact_text, local_name, text
+from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import ComponentStatus, Status
 from regraft.bus_schema.annotations import PlainValue
 
 
@@ -118,7 +118,7 @@ STATUSES = frozenset({names.C_STATUS, names.FG_ERROR, names.CC_AVAILABILITY, nam
 
 def _ends(reason: Reason) -> Iterator[str]:
     if not reason.premises and reason.fact[0] in STATUSES:
-        yield fact_text(reason.fact)
+        yield _status_text(reason.fact)
     if reason.checks:
         measured = [
             local_name(str(premise.fact[2]))
@@ -129,3 +129,8 @@ def _ends(reason: Reason) -> Iterator[str]:
         yield f"{subject}{' and '.join(reason.checks)}"
     for premise in reason.premises:
         yield from _ends(premise)
+
+
+def _status_text(fact: Fact) -> str:
+    failed = fact[0] == names.C_STATUS and fact[-1] == text(ComponentStatus.FAILED)
+    return f"{local_name(str(fact[1]))} has failed" if failed else fact_text(fact)

@@ -71,7 +71,7 @@ class Designs:
         """Return why two designs exclude each other, empty if they do not."""
         mine, others = self._by_design[one], self._by_design[other]
         if mine.part == others.part and mine.mode != others.mode:
-            return f"it is the mode {mine.mode!r}, and {local_name(other)} is {others.mode!r}"
+            return f"its mode {mine.mode!r} excludes {others.mode!r}"
         for component in mine.claims.keys() & others.claims.keys():
             if mine.claims[component] != others.claims[component]:
                 return f"it needs {component} with {mine.claims[component]}, and {local_name(other)} needs another"

@@ -14,6 +14,7 @@ from regraft.adaptation_manager.planners.metacontrol.skills.meaning import (
     mode_name,
 )
 from regraft.adaptation_manager.planners.metacontrol.skills.model import Component, Place, Realization, SkillSet
+from regraft.bus_schema.suggestions import near
 
 
 def check(skills: SkillSet, findings: Findings) -> None:
@@ -30,6 +31,10 @@ def check(skills: SkillSet, findings: Findings) -> None:
         first = alike.setdefault((name, seen.parameters(name, mode)), mode)
         if first != mode:
             problem = f"inference cannot distinguish {mode!r} of {name!r} from {first!r}: their parameters are equal"
+            own = configurations.modes[name]
+            meant = near(mode, own.keys() - {mode}) if not own[mode] else None
+            if meant is not None:
+                problem += f"; {mode!r} has none of its own: did you mean {meant!r}?"
             findings.warning(place, Code.INDISTINGUISHABLE, problem)
     by_skill: dict[str, list[Realization]] = {}
     for realization in skills.realizations:
