@@ -28,6 +28,7 @@ WRONG: list[tuple[Objective, str, str]] = [
     (replace(PATROL, name="a/b"), "name", "without '/'"),
     (replace(PATROL, requirements={"safty": 0.5}), "requirements.safty", "did you mean 'safety'"),
     (replace(PATROL, requirements={"comfort": 0.5}), "requirements.comfort", "does not list it"),
+    (replace(PATROL, requirements={"safety": 1.5}), "requirements.safety", "must be from 0 to 1"),
     (replace(PATROL, weights={"safety": -1.0}), "", "must be a number from 0 to"),
     (replace(PATROL, weights={"sped": 1.0}), "weights.sped", "there is no quality 'sped'"),
     (replace(PATROL, realization="nrmal"), "realization", "did you mean 'normal'"),

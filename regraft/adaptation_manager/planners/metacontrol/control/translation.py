@@ -57,7 +57,7 @@ class Translator:
             raise _refused(f"{given.name!r}: must be a printable name without '/' and '#'", f"{where}name")
         function = self._find("function", given.skill, f"{where}skill")
         requirements = tuple(
-            knowledge.Requirement(self._quality(name, function, f"{where}requirements.{name}"), bound)
+            self._requirement(name, bound, function, f"{where}requirements.{name}")
             for name, bound in given.requirements.items()
         )
         self._check_operators(given, {local_name(each.quality): each.quality for each in requirements}, where)
@@ -106,6 +106,12 @@ class Translator:
                 if local_name(iri) == wanted:
                     return iri
         return self._find("design", name, where)
+
+    def _requirement(self, name: str, bound: float, function: str, where: str) -> knowledge.Requirement:
+        quality = self._model.qualities[self._quality(name, function, where)]
+        if not quality.lowest <= bound <= quality.highest:
+            raise _refused(f"is {bound:g}, must be from {quality.lowest:g} to {quality.highest:g}", where)
+        return knowledge.Requirement(quality.name, bound)
 
     def _quality(self, name: str, function: str, where: str) -> str:
         quality = self._find("quality", name, where)
