@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from regraft.bus_schema.messages.management.manager import JournalPage, JournalRequest
 from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
-from regraft.bus_schema.model.adaptation import EnterMode, SetParameters, Swap
+from regraft.bus_schema.model.adaptation import JOURNAL, EnterMode, SetParameters, Swap
 from regraft.bus_schema.model.lifecycle import State
 from regraft.stack import StackError, check_with_classes, load
 from tests.metacontrol.control.bench import PATROL, SKILLS, perform, write
@@ -134,7 +135,8 @@ def test_it_is_asked_for_proposals_as_other_planners_are(tmp_path: Path) -> None
 def test_its_journal_has_the_decision_as_context_and_a_reason(tmp_path: Path) -> None:
     async def script(director: Director) -> None:
         await director.add(PATROL)
-        (line,) = [each for each in director.system.lines(limit=10).entries if each.request.actor == PLANNER]
+        page = await director.kit.call(JOURNAL, JournalRequest(limit=10), JournalPage)
+        (line,) = [each for each in page.entries if each.request.actor == PLANNER]
         assert line.request.context["context"] == "Default"
         (decision,) = line.request.context["decisions"]
         assert [each["design"].rpartition("#")[2] for each in decision["designs"] if each["selected"]] == ["normal"]

@@ -157,7 +157,10 @@ def test_a_quality_with_two_estimates_is_refused_unless_they_are_equal(tmp_path:
         (Objective("o", iri(NAVIGATE), (Requirement(iri("plain"), 1),)), "the quality 'plain' has no direction"),
         (Objective("o", iri(NAVIGATE), (Requirement(iri(SAFETY), float("nan")),)), "the bound of 'safety' is nan"),
         (Objective("o", iri(NAVIGATE), (Requirement(iri(SAFETY), "high"),)), "is 'high', must be a number"),  # type: ignore[arg-type]
-        (Objective("o", iri(NAVIGATE), weights={iri(SAFETY): -1}), "the weight of 'safety' is -1, must be a number from 0"),
+        (
+            Objective("o", iri(NAVIGATE), weights={iri(SAFETY): -1}),
+            "the weight of 'safety' is -1, must be a number from 0",
+        ),
         (Objective("o", iri(NAVIGATE), design=iri("slo")), "there is no design 'slo'; did you mean 'slow'?"),
         (Objective("o", iri("nav:to_recharge"), design=iri("slow")), "the design 'slow' solves 'to_navigate'"),
     ],
