@@ -33,7 +33,7 @@ from tests.missions.robot import (
 NEVER_SUCCEED = {"Rounds", "Frog", "Inspection"}
 """They go on for ever."""
 NEVER_FAIL = {"LookAgain", "WaitForLight", "LookForHydrant", "Frog", "Inspection"}
-"""What they cannot do is left out. Some wait as long as it takes, for goals or for a metacontroller."""
+"""A look that cannot be made is left out. Some wait as long as it takes, for goals or for a metacontroller."""
 
 
 class Crew:

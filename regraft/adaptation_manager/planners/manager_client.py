@@ -35,6 +35,8 @@ ATTEMPTS: Final = 3
 SHORTEST: Final = 0.001
 """Seconds for the second of two questions where the first took nearly all the time."""
 MAX_WAITING: Final = 16
+UNCHANGED: Final = "unchanged"
+"""The outcome of a plan that asks for nothing."""
 MAX_ACTOR_LENGTH: Final = 200
 MAX_REASON_LENGTH: Final = 1000
 
@@ -72,12 +74,20 @@ class CarriedOut:
     @property
     def stands(self) -> bool:
         """Whether what was planned is so now."""
-        return self.outcome in ("unchanged", Outcome.APPLIED.value, Outcome.APPLIED_STATE_LOST.value)
+        return self.outcome in (UNCHANGED, Outcome.APPLIED.value, Outcome.APPLIED_STATE_LOST.value)
+
+    @property
+    def problem(self) -> str:
+        """Why it has not come about, for people."""
+        if self.report is None:
+            return self.error or self.outcome
+        found = "; ".join(f"{each.component}.{each.field}: {each.problem}" for each in self.report.violations)
+        return found or self.report.error or self.report.outcome.value
 
     @property
     def disturbed(self) -> bool:
         """Whether something other than before may be in force, or was for a while."""
-        return self.outcome not in ("unchanged", "refused", Outcome.REJECTED.value)
+        return self.outcome not in (UNCHANGED, "refused", Outcome.REJECTED.value)
 
 
 class Manager:
@@ -134,7 +144,7 @@ class Manager:
                 seen = await self.architecture(within)
             except RequestRefused:
                 return CarriedOut(changes, report.outcome.value, report)
-        return CarriedOut((), "unchanged")
+        return CarriedOut((), UNCHANGED)
 
 
 def is_stale(report: AdaptationReport) -> bool:

@@ -1,4 +1,4 @@
-"""What bounds and names of metacontrollers mean."""
+"""The meaning of bounds, and of metacontrollers' names."""
 
 from __future__ import annotations
 

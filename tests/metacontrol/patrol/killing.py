@@ -15,8 +15,8 @@ RETURNING = ("laser_resender configure", "laser_resender activate", "controller_
 def switch_through_kills(patrol: Patrol, kills: int) -> list[str]:
     """Break and mend the laser in turns, with a kill at a step of each switch; after each, one realization runs whole.
 
-    What runs is read from the processes themselves: neither from the journal nor from the metacontroller. Return what
-    was killed, and at which step.
+    All that runs is read from the processes themselves: neither from the journal nor from the metacontroller. Return
+    the killed components, and the steps.
     """
     file = run_directory.folder("tests") / "kills"
     struck = []

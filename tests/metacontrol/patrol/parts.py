@@ -26,7 +26,7 @@ class Condition:
 @message("patrol/Measured")
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """What is measured of the patrol; a negative value is unknown."""
+    """The measured qualities of the patrol; a negative value is unknown."""
 
     safety: float = -1.0
     energy: float = -1.0

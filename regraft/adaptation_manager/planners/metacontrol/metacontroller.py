@@ -44,6 +44,8 @@ from regraft.bus_schema.model.robots.offers import offered_services
 from regraft.bus_schema.model.robots.scopes import scope_of
 
 MAX_GOALS: Final = 64
+INPUTS: Final = "inputs."
+"""The place of an objective's fields in a proposal's request."""
 NO_MANAGER: Final = (
     "needs an adaptation manager, which enters the modes that it decides on: add a component of the class "
     "regraft.adaptation_manager.manager:AdaptationManager"
@@ -198,11 +200,11 @@ class Metacontroller(Component):
                 await self._wake
             self._due = False
             self._begun += 1
-            await self._cycle_once(self._begun)
+            await self._cycle_once()
             self._done = self._begun
             self._notify()
 
-    async def _cycle_once(self, number: int) -> None:
+    async def _cycle_once(self) -> None:
         settings = self._settings()
         self._state.set_rests(settings)
         for name in self._state.end_abandoned(self.kit.now(), settings):
@@ -285,7 +287,7 @@ class Metacontroller(Component):
     async def pursue(self, goal: wire.Objective) -> wire.ObjectiveStatus:
         """Keep an objective until its client cancels it, or its skill has ended."""
         owner = self.kit.goal_id
-        (entry,) = self._state.store.add([goal], owner)
+        (entry,) = self._state.store.add([goal], owner, where="")
         name = entry.given.name
         self._version += 1
         self._begin_cycle()
@@ -296,11 +298,12 @@ class Metacontroller(Component):
                 if status != shown:
                     self.kit.feedback(status)
                     shown = status
-                if status.ended:
-                    return status
                 await self._news()
                 if name not in self._state.store:
-                    return wire.ObjectiveStatus(name, entry.given.skill, wire.ObjectiveState.UNGROUNDED, ended=True)
+                    state, task = wire.ObjectiveState.UNGROUNDED, entry.given.task
+                    return wire.ObjectiveStatus(
+                        name, entry.given.skill, state, task, progress=entry.progress, ended=True
+                    )
         except Cancelled:
             entry.release(owner)
             self._begin_cycle()
@@ -345,17 +348,15 @@ class Metacontroller(Component):
         return self._status()
 
     @service("planners/{name}/objectives/report")
-    async def take_progress(self, request: wire.ProgressReport) -> wire.ObjectiveStatus:
+    def take_progress(self, request: wire.ProgressReport) -> wire.ObjectiveStatus:
         """Take a skill's result; one that ends the skill ends the objective."""
         entry = self._state.store[request.objective]
-        progress = self._state.translator.progress(entry.given.skill, request.text, request.number)
-        entry.progress = progress
+        entry.progress = self._state.translator.progress(entry.given.skill, request.text, request.number)
         status = next(statuses.family(self._state, request.objective, self._cycle.trouble))
-        self._notify()
-        if progress is not wire.Progress.INPROGRESS:
-            await self.kit.sleep(0.0)
+        if status.ended:
             self._state.end(request.objective)
             self._begin_cycle()
+        self._notify()
         return status
 
     @service("planners/{name}/objectives/context")
@@ -382,14 +383,13 @@ class Metacontroller(Component):
     async def propose(self, request: ProposalRequest) -> Proposal:
         """Decide on one more objective, and keep it from now on if that is wanted."""
         given = objective_of(request)
-        self._state.translator.objective(given, "inputs.")
         if not request.apply:
-            (entry,) = self._state.store.prepared([given])
+            (entry,) = self._state.store.prepared([given], INPUTS)
             try:
                 return await self._cycle.proposal(entry.objective, self._settings(), self._waits())
             except ReasonerFailed as error:
                 raise RequestRefused(f"the reasoner failed: {error}", RefusalCode.UNAVAILABLE) from None
-        self._state.store.add([given])
+        self._state.store.add([given], where=INPUTS)
         await self._settled()
         decision = self._state.decided.plan.of(given.name) if self._state.decided else None
         if decision is None:

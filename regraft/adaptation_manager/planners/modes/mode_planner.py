@@ -204,9 +204,7 @@ class ModePlanner(Component):
             return  # somebody else was faster
         if not done.stands:
             self._enforcement.refused(rule, now, self._times())
-            self._complain(
-                f"rule {rule.name}: mode {rule.mode} could not be entered: {_problem(done.error, done.report)}"
-            )
+            self._complain(f"rule {rule.name}: mode {rule.mode} could not be entered: {done.problem}")
             return
         circling = self._enforcement.entered(rule, now, self._times())
         if circling is not None:
@@ -221,10 +219,3 @@ class ModePlanner(Component):
 
 def _newer(latest: M | None, stale: M | None) -> M | None:
     return None if latest is stale else latest
-
-
-def _problem(error: str, report: AdaptationReport | None) -> str:
-    if report is None:
-        return error
-    violations = "; ".join(f"{each.component}.{each.field}: {each.problem}" for each in report.violations)
-    return violations or report.error or report.outcome.value

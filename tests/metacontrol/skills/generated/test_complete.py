@@ -1,4 +1,4 @@
-"""What is generated from skills is all that a reasoner needs: no other file names their qualities and skills."""
+"""Generated files have all that a reasoner needs: no other file names the qualities and skills in them."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from regraft import Kit, State
-from regraft.adaptation_manager.planners.manager_client import AdaptationOrder, CarriedOut, Manager
+from regraft.adaptation_manager.planners.manager_client import UNCHANGED, AdaptationOrder, CarriedOut, Manager
 from regraft.adaptation_manager.planners.metacontrol.control.deciding import Decided, changed
 from regraft.adaptation_manager.planners.metacontrol.control.modes import outcomes
 from regraft.adaptation_manager.planners.metacontrol.control.modes.designs import DesignMode, Designs
@@ -117,7 +117,10 @@ class Cycle:
             planned_on = architecture
             return changes_to(wanted, left, architecture, known, fallen)
 
-        done = await self._manager.carry_out(plan, seen, self._order(decided), waits.adapt)
+        if plan(seen):  # else nothing is put into words
+            done = await self._manager.carry_out(plan, seen, self._order(decided), waits.adapt)
+        else:
+            done = CarriedOut((), UNCHANGED)
         self.latest = done
         entered = [
             each
@@ -127,7 +130,7 @@ class Cycle:
         if done.stands:
             modes = [each.mode for each in done.changes if isinstance(each, EnterMode)]
             asked = asked_after(planned_on.asked_modes, modes, planned_on.mode_parts)
-            self._state.carried_out(decided, asked, keep=keep, now=self._kit.now())
+            self._state.carried_out(decided, asked, kept, self._kit.now())
             self.trouble = ""
             self._notify()
             return True
@@ -135,7 +138,7 @@ class Cycle:
 
     def _failed(self, entered: Sequence[Decision], done: CarriedOut, designs: Designs) -> bool:
         """Let the designs rest that could not be entered; return whether the cycle is over."""
-        why = outcomes.problem_of(done)
+        why = done.problem
         if not outcomes.is_fault_of_designs(done) or not entered:
             self.trouble = f"the adaptation manager has not changed what was asked for: {why}"
             self._notify()

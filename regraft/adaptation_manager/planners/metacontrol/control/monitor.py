@@ -7,7 +7,6 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Any, Final
 
 from regraft.adaptation_manager.planners.metacontrol.control.measurements import EVERY, Measurements
-from regraft.adaptation_manager.planners.metacontrol.control.modes.designs import component_of
 from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Model
 from regraft.adaptation_manager.planners.metacontrol.knowledge.names import DEFAULT_CONTEXT
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
@@ -21,6 +20,7 @@ from regraft.bus_schema.messages.management.objectives import (
     QUALITY_STATUS,
 )
 from regraft.bus_schema.messages.management.system import SystemFaultKind, SystemFaults, SystemStates
+from regraft.bus_schema.model.robots.scopes import component_in_scope
 from regraft.bus_schema.suggestions import no_such
 
 EARLY: Final = 1.0
@@ -42,7 +42,7 @@ class Monitor:
         """Begin, or continue from what ``remembered`` returned. ``contexts`` are those that there are."""
         known = memory or {}
         self._model = model
-        self._components = {component_of(name, scope): name for name in model.components}
+        self._components = {component_in_scope(scope, local_name(name)): name for name in model.components}
         self._short = {local_name(name): name for name in model.components}
         self._qualities = {local_name(name): name for name in model.qualities}
         self.contexts = tuple(contexts)

@@ -7,9 +7,9 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from regraft.adaptation_manager.planners.metacontrol.control.deciding import Decided, Known, concluded, planned
-from regraft.adaptation_manager.planners.metacontrol.control.groundings import Groundings
+from regraft.adaptation_manager.planners.metacontrol.control.groundings import Grounded, Groundings
 from regraft.adaptation_manager.planners.metacontrol.control.measurements import Times
-from regraft.adaptation_manager.planners.metacontrol.control.modes.designs import Designs, component_of
+from regraft.adaptation_manager.planners.metacontrol.control.modes.designs import Designs
 from regraft.adaptation_manager.planners.metacontrol.control.monitor import Monitor
 from regraft.adaptation_manager.planners.metacontrol.control.store import ObjectiveStore
 from regraft.adaptation_manager.planners.metacontrol.control.translation import Translator
@@ -24,6 +24,7 @@ from regraft.adaptation_manager.planners.metacontrol.skills.model import SkillSe
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.management.objectives import Attempt
 from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.robots.scopes import component_in_scope
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,10 +126,14 @@ class ControlState:
                 self.note_failure(decision.objective, decision.present, why_left(decision), now)
         self.decided, self.decided_at = decided, now
 
-    def carried_out(self, decided: Decided, asked_modes: Mapping[str, str], *, keep: bool, now: float) -> None:
-        """Note that what was decided is in force; ``asked_modes`` are those that the architecture has now."""
+    def carried_out(
+        self, decided: Decided, asked_modes: Mapping[str, str], kept: Iterable[Grounded], now: float
+    ) -> None:
+        """Note that what was decided is in force, with the groundings that are ``kept``.
+
+        ``asked_modes`` are those that the architecture has now.
+        """
         assert self.designs is not None
-        kept = decided.kept(self.groundings, self.designs) if keep else ()
         before = {each.objective: each.design for each in self.groundings}
         self.groundings = self.groundings.after(decided.plan, kept, now, self.designs, asked_modes)
         for each in self.groundings:
@@ -151,7 +156,7 @@ class ControlState:
             self.store[given].note(Attempt(now, local_name(design), why))
 
     def _individuals(self, components: Iterable[str]) -> frozenset[str]:
-        known = {component_of(name, self.scope): name for name in self.model.components}
+        known = {component_in_scope(self.scope, local_name(name)): name for name in self.model.components}
         return frozenset(known[name] for name in components if name in known)
 
 

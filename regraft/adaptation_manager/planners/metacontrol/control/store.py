@@ -14,6 +14,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.management.objectives import Attempt, Objective, Progress
 from regraft.bus_schema.suggestions import no_such
 
+LISTED: Final = "objectives.{}."
 MAX_OBJECTIVES: Final = 64
 MAX_ATTEMPTS: Final = 10
 """Failures that are remembered of an objective."""
@@ -81,20 +82,23 @@ class ObjectiveStore:
         """The names of all objectives."""
         return tuple(self._entries)
 
-    def add(self, given: Sequence[Objective], owner: str = "") -> list[Entry]:
+    def add(self, given: Sequence[Objective], owner: str = "", where: str = LISTED) -> list[Entry]:
         """Add objectives, all or none; raises RequestRefused. An equal one of a present name is that one."""
-        found = self.prepared(given, owner)
+        found = self.prepared(given, where)
         for entry in found:
             entry.own(owner)
             self._entries[entry.given.name] = entry
         return found
 
-    def prepared(self, given: Sequence[Objective], owner: str = "") -> list[Entry]:
-        """Return objectives as they would be added, with nothing added; raises RequestRefused."""
+    def prepared(self, given: Sequence[Objective], place: str = LISTED) -> list[Entry]:
+        """Return objectives as they would be added, with nothing added; raises RequestRefused.
+
+        ``place`` is the place of an objective's fields in the request, with its index in place of ``{}``.
+        """
         found: dict[str, Entry] = {}
         for index, each in enumerate(given):
             named = replace(each, name=each.name or each.skill, operators={})
-            where = f"objectives.{index}." if not owner else ""
+            where = place.format(index)
             known = self._entries.get(named.name)
             if named.name in found or (known is not None and known.given != named):
                 why = f"there is another objective {named.name!r}: cancel it, or give this one a name of its own"

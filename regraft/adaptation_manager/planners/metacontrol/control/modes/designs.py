@@ -118,13 +118,3 @@ def claims_of(changes: tuple[Change, ...]) -> dict[str, str]:
         elif each.component in found and isinstance(each, Connect):
             found[each.component].append(f"{each.port} on {each.topic!r}")
     return {component: ", ".join(settings) or "no settings of its own" for component, settings in found.items()}
-
-
-def component_of(individual: str, scope: str) -> str:
-    """Return the component that an individual of the knowledge base is.
-
-    >>> component_of("http://ros/navigation_domain#camera", "rescuer")
-    'rescuer.camera'
-    """
-    name = local_name(individual)
-    return f"{scope}.{name}" if scope else name

@@ -7,15 +7,7 @@ from collections.abc import Iterable, Sequence
 from regraft.adaptation_manager.planners.manager_client import CarriedOut, is_stale
 from regraft.adaptation_manager.planners.metacontrol.control.modes.designs import Designs
 from regraft.adaptation_manager.planners.metacontrol.reasoning.decisions import Decision
-from regraft.bus_schema.model.adaptation import Change, Outcome, StepState
-
-
-def problem_of(done: CarriedOut) -> str:
-    """Return why an adaptation has not come about."""
-    if done.report is None:
-        return done.error or done.outcome
-    violations = "; ".join(f"{each.component}.{each.field}: {each.problem}" for each in done.report.violations)
-    return violations or done.report.error or done.report.outcome.value
+from regraft.bus_schema.model.adaptation import Outcome, StepState
 
 
 def is_fault_of_designs(done: CarriedOut) -> bool:
@@ -41,10 +33,6 @@ def to_blame(decisions: Sequence[Decision], designs: Designs, components: Iterab
     found = tuple(
         each
         for each in decisions
-        if each.design is not None and at_fault & {change.component for change in _changes(designs, each.design)}
+        if each.design is not None and at_fault & {change.component for change in designs.of(each.design).changes}
     )
     return found or tuple(decisions)
-
-
-def _changes(designs: Designs, design: str) -> tuple[Change, ...]:
-    return designs.of(design).changes
