@@ -7,6 +7,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+from regraft.adaptation_manager.planners.metacontrol.reasoning.analysis import Analyser, Analysis
+from regraft.adaptation_manager.planners.metacontrol.reasoning.situation import Situation
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.system_modes import system_modes
 from regraft.adaptation_manager.planners.metacontrol.skills.reading import read_skills
 from regraft.bus.memory_bus import MemoryHub
@@ -132,3 +136,18 @@ def perform(folder: Path, script: Callable[[Director], Awaitable[None]], **more:
         wait_until(lambda: getattr(director, "done", False), "the end of the script")
         if director.failure is not None:
             raise director.failure
+
+
+class BreakableReasoner:
+    """The analyse step of all metacontrollers here; while it has an ``error``, it raises that."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, error: Exception | None = None) -> None:
+        self.error = error
+        whole = Analyser.analyse
+
+        def analyse(analyser: Analyser, situation: Situation) -> Analysis:
+            if self.error is not None:
+                raise self.error
+            return whole(analyser, situation)
+
+        monkeypatch.setattr(Analyser, "analyse", analyse)

@@ -9,11 +9,10 @@ import pytest
 
 from regraft.adaptation_manager.planners.metacontrol.control.keeping import FILE
 from regraft.adaptation_manager.planners.metacontrol.knowledge.knowledge_base import load
-from regraft.adaptation_manager.planners.metacontrol.reasoning.analysis import Analyser
 from regraft.bus_schema.messages.management.objectives import ObjectiveState
 from regraft.bus_schema.model.adaptation import ChangeState, SetParameters
 from regraft.bus_schema.model.lifecycle import State, Transition
-from tests.metacontrol.control.bench import PATROL, perform
+from tests.metacontrol.control.bench import PATROL, BreakableReasoner, perform
 from tests.metacontrol.control.parts import PLANNER, Director
 
 
@@ -55,25 +54,18 @@ def test_where_every_design_fails_to_be_entered_the_objective_says_so(tmp_path: 
 def test_a_reasoner_that_fails_saves_the_knowledge_base_and_the_loop_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    whole = Analyser.analyse
-    broken = [False]
-
-    def analyse(self: Analyser, situation: object) -> object:
-        if broken[0]:
-            raise RecursionError("the rules are too deep")
-        return whole(self, situation)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(Analyser, "analyse", analyse)
+    reasoner = BreakableReasoner(monkeypatch)
+    error = RecursionError("the rules are too deep")
 
     async def script(director: Director) -> None:
         await director.add(PATROL)
-        broken[0] = True
+        reasoner.error = error
         await director.break_part("laser")
         await director.wait(1.0)
         status = await director.status("patrol")
         assert status.reasons[0] == "the reasoner failed: RecursionError: the rules are too deep"
         assert status.realization == "normal"
-        broken[0] = False
+        reasoner.error = None
         await director.wait(1.0)
         status = await director.status("patrol")
         assert (status.realization, status.reasons) == ("degraded", ())
@@ -85,21 +77,13 @@ def test_a_reasoner_that_fails_saves_the_knowledge_base_and_the_loop_goes_on(
 def test_a_disk_that_is_full_while_saving_does_not_end_the_loop(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    whole = Analyser.analyse
-    broken = [True]
-
-    def analyse(self: Analyser, situation: object) -> object:
-        if broken[0]:
-            raise ValueError("no conclusion")
-        return whole(self, situation)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(Analyser, "analyse", analyse)
+    reasoner = BreakableReasoner(monkeypatch, ValueError("no conclusion"))
 
     async def script(director: Director) -> None:
         await director.add(PATROL)
         events = [each.text for each in director.system.events if each.kind == "metacontrol.reasoner_failed"]
         assert any("could not be saved" in text for text in events)
-        broken[0] = False
+        reasoner.error = None
         await director.wait(1.0)
         assert (await director.status("patrol")).realization == "normal"
 

@@ -11,13 +11,12 @@ from regraft import CallFailed, RefusalCode
 from regraft.adaptation_manager.planners.metacontrol.control.groundings import Grounded
 from regraft.adaptation_manager.planners.metacontrol.control.keeping import FILE
 from regraft.adaptation_manager.planners.metacontrol.knowledge.knowledge_base import load
-from regraft.adaptation_manager.planners.metacontrol.reasoning.analysis import Analyser
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.system_modes import system_modes
 from regraft.bus_schema.messages.management.objectives import Objective
 from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
 from regraft.bus_schema.model.adaptation import EnterMode
 from tests.metacontrol.control import bench
-from tests.metacontrol.control.bench import PATROL, SKILLS, perform
+from tests.metacontrol.control.bench import PATROL, SKILLS, BreakableReasoner, perform
 from tests.metacontrol.control.parts import PLANNER, Director
 
 HUGE = {"safety": 1e308, "performance": 1e308, "energy": 1e308}
@@ -77,19 +76,12 @@ def test_sixty_four_objectives_are_provided_and_one_more_is_refused(tmp_path: Pa
 def test_the_knowledge_base_is_saved_with_names_of_any_characters(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    whole = Analyser.analyse
-    broken = [False]
-
-    def analyse(self: Analyser, situation: object) -> object:
-        if broken[0]:
-            raise ValueError("no conclusion")
-        return whole(self, situation)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(Analyser, "analyse", analyse)
+    reasoner = BreakableReasoner(monkeypatch)
+    error = ValueError("no conclusion")
 
     async def script(director: Director) -> None:
         await director.add(replace(PATROL, name="grüße <&\"' {x} | ^ ` \\ %"))
-        broken[0] = True
+        reasoner.error = error
         await director.wait(1.0)
         events = [each.text for each in director.system.events if each.kind == "metacontrol.reasoner_failed"]
         assert events
