@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from regraft import Kit, State
+from regraft import Kit
 from regraft.adaptation_manager.planners.manager_client import UNCHANGED, AdaptationOrder, CarriedOut, Manager
 from regraft.adaptation_manager.planners.metacontrol.control.deciding import Decided, changed
 from regraft.adaptation_manager.planners.metacontrol.control.modes import outcomes
@@ -18,11 +18,11 @@ from regraft.adaptation_manager.planners.metacontrol.control.state import Contro
 from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Objective
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
 from regraft.adaptation_manager.planners.metacontrol.reasoning.decisions import Decision
-from regraft.bus_schema.messages.management.system import SystemStates
+from regraft.adaptation_manager.planners.modes.situation import fallen_out
+from regraft.bus_schema.messages.management.system import SystemFaults, SystemStates
 from regraft.bus_schema.messages.planning import Proposal
 from regraft.bus_schema.model.adaptation import MAX_CONTEXT_SIZE, Change, EnterMode, plain_size
 from regraft.bus_schema.model.architecture import Architecture
-from regraft.bus_schema.model.lifecycle import PRIMARY, is_lower
 from regraft.bus_schema.model.modes.mode_parts import asked_after
 
 MAX_TRIES: Final = 8
@@ -41,6 +41,14 @@ class Waits:
     adapt: float
 
 
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """The states and faults of the system as they were published last."""
+
+    states: SystemStates | None
+    faults: SystemFaults | None
+
+
 class Cycle:
     """The way from a decision to what is in force. ``notify`` is called when clients have something to see."""
 
@@ -54,7 +62,7 @@ class Cycle:
         self.latest: CarriedOut | None = None
         self.reasoning_time = 0.0
 
-    async def run(self, settings: Settings, waits: Waits, states: SystemStates | None, *, keep: bool) -> None:
+    async def run(self, settings: Settings, waits: Waits, system: Seen, *, keep: bool) -> None:
         """Decide and carry out; raises RequestRefused if the manager cannot be asked, and ReasonerFailed."""
         architecture = await self._manager.architecture(waits.answer)
         for why in self._state.follow(architecture, self._kit.now()):
@@ -63,7 +71,7 @@ class Cycle:
             decided = self.decided(settings)
             self._state.take(decided, self._kit.now())
             self._notify()
-            if await self._carry_out(decided, architecture, waits, states, keep=keep):
+            if await self._carry_out(decided, architecture, waits, system, keep=keep):
                 return
             architecture = await self._manager.architecture(waits.answer)
             self._state.follow(architecture, self._kit.now())
@@ -91,9 +99,7 @@ class Cycle:
         left = [designs.of(each.design) for each in self._state.groundings]
         return Proposal(objective.name, changes_to(wanted, left, architecture, {}), choice_of(decision, "dry"))
 
-    async def _carry_out(
-        self, decided: Decided, seen: Architecture, waits: Waits, states: SystemStates | None, *, keep: bool
-    ) -> bool:
+    async def _carry_out(self, decided: Decided, seen: Architecture, waits: Waits, system: Seen, *, keep: bool) -> bool:
         """Put what was decided in place; return whether the cycle is over."""
         designs = self._state.designs
         assert designs is not None
@@ -107,8 +113,10 @@ class Cycle:
         kept = decided.kept(self._state.groundings, designs) if keep else ()
         wanted += [designs.of(each.design) for each in kept]
         left = [designs.of(each.design) for each in self._state.groundings]
-        fallen = self._fallen_modes(wanted, seen, states)
-        known = {each.component: each.state for each in (states.components if states else ()) if each.state}
+        fallen = self._fallen_modes(wanted, seen, system)
+        known = {
+            each.component: each.state for each in (system.states.components if system.states else ()) if each.state
+        }
 
         planned_on = seen
 
@@ -147,27 +155,17 @@ class Cycle:
         self._state.failed(outcomes.to_blame(entered, designs, components), components, why, self._kit.now())
         return False
 
-    def _fallen_modes(
-        self, wanted: list[DesignMode], architecture: Architecture, states: SystemStates | None
-    ) -> frozenset[str]:
+    def _fallen_modes(self, wanted: list[DesignMode], architecture: Architecture, system: Seen) -> frozenset[str]:
         """Return the modes in force of which a component does less than it should, though it has not failed.
 
         It may be on its way: only what was so at the last cycle already counts.
         """
-        down = self._state.monitor.down
         designs = self._state.designs
         assert designs is not None
         grounded = {designs.of(each.design).mode for each in self._state.groundings}
-
-        def has_fallen(component: str) -> bool:
-            state = states.state_of(component) if states else None
-            return state in PRIMARY and component not in down and is_lower(state, State.ACTIVE)
-
-        now = frozenset(
-            each.mode
-            for each in wanted
-            if (each.mode in grounded or in_force(each, architecture)) and any(map(has_fallen, each.claims))
-        )
+        present = [each for each in wanted if each.mode in grounded or in_force(each, architecture)]
+        claims = {each.mode: tuple(each.claims) for each in present}
+        now = frozenset(fallen_out(claims, architecture, system.states, system.faults))
         lasting, self._fallen = now & self._fallen, now
         return lasting
 
