@@ -24,7 +24,7 @@ from regraft import (
     service,
 )
 from regraft.adaptation_manager.planners.metacontrol.control import statuses
-from regraft.adaptation_manager.planners.metacontrol.control.cycle import Cycle, ReasonerFailed, Seen, Waits
+from regraft.adaptation_manager.planners.metacontrol.control.cycle import Cycle, ReasonerFailed, SystemHealth, Waits
 from regraft.adaptation_manager.planners.metacontrol.control.doubts import Doubts
 from regraft.adaptation_manager.planners.metacontrol.control.keeping import keep_knowledge
 from regraft.adaptation_manager.planners.metacontrol.control.loading import load_all, problems_in
@@ -210,7 +210,7 @@ class Metacontroller(Component):
         for name in self._state.end_abandoned(self.kit.now(), settings):
             self.kit.event("metacontrol.ended", f"the client of the objective {name!r} is gone", objective=name)
         try:
-            seen = Seen(self.states.latest, self.faults.latest)
+            seen = SystemHealth(self.states.latest, self.faults.latest)
             await self._cycle.run(settings, self._waits(), seen, keep=self.without_design == "keep")
             self._be_well()
         except RequestRefused as error:

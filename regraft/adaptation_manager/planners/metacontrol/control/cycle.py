@@ -42,7 +42,7 @@ class Waits:
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class SystemHealth:
     """The states and faults of the system as they were published last."""
 
     states: SystemStates | None
@@ -62,7 +62,7 @@ class Cycle:
         self.latest: CarriedOut | None = None
         self.reasoning_time = 0.0
 
-    async def run(self, settings: Settings, waits: Waits, system: Seen, *, keep: bool) -> None:
+    async def run(self, settings: Settings, waits: Waits, system: SystemHealth, *, keep: bool) -> None:
         """Decide and carry out; raises RequestRefused if the manager cannot be asked, and ReasonerFailed."""
         architecture = await self._manager.architecture(waits.answer)
         for why in self._state.follow(architecture, self._kit.now()):
@@ -99,7 +99,9 @@ class Cycle:
         left = [designs.of(each.design) for each in self._state.groundings]
         return Proposal(objective.name, changes_to(wanted, left, architecture, {}), choice_of(decision, "dry"))
 
-    async def _carry_out(self, decided: Decided, seen: Architecture, waits: Waits, system: Seen, *, keep: bool) -> bool:
+    async def _carry_out(
+        self, decided: Decided, seen: Architecture, waits: Waits, system: SystemHealth, *, keep: bool
+    ) -> bool:
         """Put what was decided in place; return whether the cycle is over."""
         designs = self._state.designs
         assert designs is not None
@@ -155,7 +157,9 @@ class Cycle:
         self._state.failed(outcomes.to_blame(entered, designs, components), components, why, self._kit.now())
         return False
 
-    def _fallen_modes(self, wanted: list[DesignMode], architecture: Architecture, system: Seen) -> frozenset[str]:
+    def _fallen_modes(
+        self, wanted: list[DesignMode], architecture: Architecture, system: SystemHealth
+    ) -> frozenset[str]:
         """Return the modes in force of which a component does less than it should, though it has not failed.
 
         It may be on its way: only what was so at the last cycle already counts.
