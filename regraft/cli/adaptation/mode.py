@@ -74,7 +74,7 @@ def mode(
             )
             return
         now = there.client.architecture()
-        modes = now.modes if file is None else read_system_modes(file, now.components)
+        modes = now.modes if file is None else read_system_modes(file, now.components, robot)
         if not name:
             view = there.known.of_robot(robot).view
             if file is None:

@@ -13,6 +13,7 @@ from regraft.stack.assembly.merge import merge
 from regraft.stack.assembly.references import WORLD, References
 from regraft.stack.assembly.robots import ROBOT, ROBOTS, Robots
 from regraft.stack.assembly.scoping import Entry, scoped_constraints, scoped_entries
+from regraft.stack.sections.mode_files import MODES
 from regraft.stack.yaml.document import MAX_NODES
 from regraft.stack.yaml.nodes import NOWHERE, Node, locations_of, plain, size_of
 from regraft.stack.yaml.problems import Report, fail
@@ -122,6 +123,9 @@ class _Combination:
         return node.value if node is not None and isinstance(node.value, dict) else {}
 
     def _enter(self, robot: Robot, entry: Entry) -> None:
+        node = self._fields.get(entry.section)
+        if entry.section == MODES and node is not None and isinstance(node.value, str):
+            self._fields[MODES] = Node({SHARED: node}, node.location)
         entries = self._entries(entry.section)
         there = entries.get(entry.name)
         if there is not None and entry.written.startswith(SHARED) and plain(there) == plain(entry.node):

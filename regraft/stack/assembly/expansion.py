@@ -13,7 +13,7 @@ from regraft.stack.relative_paths import RUN_FOLDER
 from regraft.stack.yaml.nodes import Location, Node
 from regraft.stack.yaml.problems import Report
 
-MAPS = ("parameters", "devices", "topics", "components", "modes", "rules")
+MAPS = ("parameters", "devices", "topics", "components", "rules")
 OF_DEVICES = ("class", "parameters", "connect")
 OF_WORLDS = ("parameters", "model", *PASSED_ON, *PLACES, "devices")
 """The fields that a stack does not have: the list of the robots has them."""
@@ -103,6 +103,10 @@ def robot_of(use: Use, known: Mapping[str, Node], report: Report) -> Robot:
         node = use.fields.get(key)
         if node is not None and not isinstance(node.value, dict):
             report.add_at(node.location, f"{use.path}.{key}", f"must be a map, is {node.kind}")
+    modes = use.fields.get("modes")
+    if modes is not None and not isinstance(modes.value, dict | str):
+        problem = f"must be a map, or a file of system_modes, is {modes.kind}"
+        report.add_at(modes.location, f"{use.path}.modes", problem)
     constraints = use.fields.get("constraints")
     if constraints is not None and not isinstance(constraints.value, tuple):
         report.add_at(constraints.location, f"{use.path}.constraints", f"must be a list, is {constraints.kind}")

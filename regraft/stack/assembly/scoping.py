@@ -11,8 +11,11 @@ from regraft.bus_schema.model.architecture import ConstraintKind
 from regraft.bus_schema.model.expressions import Expression
 from regraft.bus_schema.model.modes.mode_conditions import OF_PARTS, REQUIREMENTS
 from regraft.bus_schema.model.modes.mode_parts import SYSTEM, part_of
-from regraft.bus_schema.model.robots.scopes import component_in_scope, in_scope
+from regraft.bus_schema.model.robots.scopes import SHARED, component_in_scope, in_scope
+from regraft.stack.sections.system_mode_rules import PartNames
+from regraft.stack.yaml.document import read_document
 from regraft.stack.yaml.nodes import Node
+from regraft.stack.yaml.problems import StackError
 
 Rename = Callable[[str], str]
 MODE_FIELDS = tuple(kind.value for kind in OF_PARTS)
@@ -36,7 +39,10 @@ def scoped_entries(scope: str, fields: Mapping[str, Node]) -> Iterator[Entry]:
         yield Entry("topics", key, in_scope(scope, key), topic)
     for key, component in _map(fields.get("components")).items():
         yield Entry("components", key, component_in_scope(scope, key), scoping.component(component))
-    for key, mode in _map(fields.get("modes")).items():
+    modes = fields.get("modes")
+    if modes is not None and isinstance(modes.value, str):
+        yield Entry("modes", "", f"{scope}{SHARED}", modes)
+    for key, mode in _map(modes).items():
         yield Entry("modes", key, in_scope(scope, key), _items(mode, scoping.change))
     for key, rule in _map(fields.get("rules")).items():
         yield Entry("rules", key, in_scope(scope, key), scoping.rule(rule))
@@ -53,7 +59,7 @@ def scoped_constraints(scope: str, fields: Mapping[str, Node]) -> tuple[Node, ..
 def _scoping(scope: str, fields: Mapping[str, Node]) -> _Scoping:
     component = partial(component_in_scope, scope)
     own = set(_map(fields.get("components")))
-    parts = set(map(part_of, _map(fields.get("modes"))))
+    parts = _parts(fields.get("modes"))
 
     def reference(path: str) -> str:
         return component(path) if path.partition(".")[0] in own else path
@@ -67,6 +73,17 @@ def _scoping(scope: str, fields: Mapping[str, Node]) -> _Scoping:
         return reference(path)
 
     return _Scoping(component, partial(in_scope, scope), reference, condition)
+
+
+def _parts(modes: Node | None) -> set[str]:
+    """Return the parts that a robot's modes are of, by their short names."""
+    if modes is None or not isinstance(modes.value, str):
+        return set(map(part_of, _map(modes)))
+    try:
+        document, _ = read_document(modes.location.folder / modes.value)
+    except StackError:  # reported where the modes are read
+        return set()
+    return {PartNames("").component(name) for name in _map(document)}
 
 
 class _Scoping:

@@ -22,7 +22,7 @@ PLANNER = "regraft.adaptation_manager.planners.modes.mode_planner:ModePlanner"
 
 
 def with_rules(root: Section, read: ReadModes) -> Architecture:
-    """Return the architecture with the rules of ``rules``, after those of a file of system_modes.
+    """Return the architecture with the rules of ``rules``, after those of files of system_modes.
 
     Where the names of the modes are not known, what speaks of them is not judged: most of it would be wrong.
     """

@@ -2,33 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
-from regraft.bus_schema.model.adaptation import AdaptationRequest, Add, Change, EnterMode, SetParameters
+from regraft.bus_schema.model.adaptation import AdaptationRequest, Add, Change, EnterMode
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.consistency import contradictions
+from regraft.bus_schema.model.robots.scopes import SHARED
 from regraft.bus_schema.suggestions import no_such
-from regraft.stack.relative_paths import with_absolute_paths
-from regraft.stack.sections.mode_changes import change_problems, parameter_problems, targets_of
-from regraft.stack.sections.system_modes import GivenValue, read_system_modes_file
+from regraft.stack.sections.mode_changes import change_problems, targets_of
+from regraft.stack.sections.mode_files import MODES, PlainChange, modes_of_files, with_absolute_values
 from regraft.stack.yaml.nodes import Location, Node, plain
-from regraft.stack.yaml.problems import StackError
 from regraft.stack.yaml.section import Section
-
-PlainChange = dict[str, PlainValue]
-MODES = "modes"
 
 
 @dataclass(frozen=True, slots=True)
 class ReadModes:
     """An architecture with its modes; ``names_known`` is whether the names of all modes are.
 
-    ``rule_locations`` are the places of rules that a file of system_modes has, by name.
+    ``rule_locations`` are the places of rules that files of system_modes have, by name.
     """
 
     architecture: Architecture
@@ -40,14 +35,15 @@ def with_modes(root: Section, architecture: Architecture, refused: Collection[st
     """Return the architecture with the modes of ``modes``.
 
     The modes speak of its components. One that is wrong is noted, and has the changes that are right. ``modes`` may
-    name a file of ROS 2's system_modes. That is looked for from the folder of the file that names it, and so is what
-    its modes set. Modules that are ``refused`` are not imported.
+    name files of ROS 2's system_modes, whose modes those of the stack may enter. Modules that are ``refused`` are not
+    imported.
     """
     given = root.node(MODES)
-    if given is not None and isinstance(given.value, str):
-        return _of_file(root, given, architecture)
-    section = root.section(MODES)
+    of_files = modes_of_files(root, architecture.components)
+    section = Section(_inline(given), MODES, root.report)
     read = {name: _changes(section, name, architecture.components) for name in section.names()}
+    for name in read.keys() & of_files.modes.keys():
+        section.wrong(name, "a file of system_modes has a mode of this name, too: give this one another name")
     targets = targets_of(architecture, (meant for changes in read.values() for _, meant, _ in changes), refused)
     for changes in read.values():
         for place, meant, _ in changes:
@@ -57,34 +53,23 @@ def with_modes(root: Section, architecture: Architecture, refused: Collection[st
         for twice in contradictions([meant for _, meant, _ in changes]):
             section.wrong(f"{changes[twice.change or 0][0]}.{twice.field}", twice.problem)
     found = {name: {place: whole for place, _, whole in changes} for name, changes in read.items()}
-    _check_entered(section, found)
-    known = given is None or given.value is None or isinstance(given.value, dict)
+    if of_files.complete:
+        _check_entered(section, found, of_files.modes)
+    known = given is None or given.value is None or isinstance(given.value, dict | str)
     whole = {name: list(changes.values()) for name, changes in found.items()}
-    return ReadModes(_unfolded(whole, architecture), known)
+    architecture = _unfolded(of_files.modes | whole, architecture)
+    parts = of_files.parts | architecture.mode_parts
+    architecture = replace(architecture, mode_parts=parts, mode_rules=of_files.rules)
+    return ReadModes(architecture, known and of_files.complete, of_files.rule_locations)
 
 
-def _of_file(root: Section, given: Node, architecture: Architecture) -> ReadModes:
-    """Return the architecture with the modes of a file of system_modes."""
-    components, folder = architecture.components, given.location.folder
-    try:
-        read = read_system_modes_file(folder / str(given.value), components)
-    except StackError as error:
-        root.report.problems += error.problems
-        return ReadModes(architecture, names_known=False)
-    for value in read.values:
-        for path, problem in _value_problems(value, components[value.component], folder):
-            root.report.add_at(value.node.location, path, problem)
-    modes = {name: _with_absolute_paths(changes, components, folder) for name, changes in read.modes.items()}
-    architecture = replace(architecture, modes=modes, mode_parts=read.parts, mode_rules=read.rules)
-    return ReadModes(architecture, names_known=True, rule_locations=read.rule_locations)
-
-
-def _value_problems(value: GivenValue, spec: ComponentSpec, folder: Path) -> Iterator[tuple[str, str]]:
-    if spec.description is None:
-        return
-    values = with_absolute_paths(spec.description, {value.parameter: plain(value.node)}, folder)
-    for place, problem in parameter_problems(spec, [spec.description], values):
-        yield f"{value.field}{place.removeprefix(value.parameter)}", problem
+def _inline(given: Node | None) -> Node:
+    """Return the modes that are written in the stack itself."""
+    if given is None or isinstance(given.value, str):
+        return Node({})
+    if not isinstance(given.value, dict):
+        return given
+    return Node({name: node for name, node in given.value.items() if not name.endswith(SHARED)}, given.location)
 
 
 def _changes(
@@ -102,7 +87,7 @@ def _changes(
     for place, change in read:
         try:
             meant = _meant(change)
-            whole = _absolute(change, components, folder)
+            whole = with_absolute_values(change, components, folder)
             found.append((place, _meant(whole), whole))
         except BadMessage as error:
             section.wrong(".".join((place, *error.where[2:])), error.why)
@@ -119,7 +104,7 @@ def _meant(change: PlainValue) -> Change:
     return found
 
 
-def _check_entered(section: Section, found: Mapping[str, Mapping[str, PlainChange]]) -> None:
+def _check_entered(section: Section, found: Mapping[str, Mapping[str, PlainChange]], of_files: Collection[str]) -> None:
     """Note each change that enters no mode, and the first one of each circle in which modes enter each other."""
     parts = {name: [each["mode"] for each in changes.values() if _enters(each)] for name, changes in found.items()}
     order = list(found)
@@ -127,8 +112,8 @@ def _check_entered(section: Section, found: Mapping[str, Mapping[str, PlainChang
         for place, change in changes.items():
             inner = change["mode"] if _enters(change) else name
             way = _way(inner, name, parts) if _enters(change) else None
-            if inner not in found:
-                section.wrong(f"{place}.mode", no_such("mode", inner, found))
+            if inner not in found and inner not in of_files:
+                section.wrong(f"{place}.mode", no_such("mode", inner, (*of_files, *found)))
             elif way is not None and min(map(order.index, way)) == order.index(name):
                 section.wrong(f"{place}.mode", f"enters itself: {' > '.join((name, *way))}")
 
@@ -167,19 +152,3 @@ def _flat(name: str, found: Mapping[str, list[PlainChange]], above: tuple[str, .
         for change in found.get(name, ())
         for one in (_flat(change["mode"], found, (*above, name)) if _enters(change) else [change])
     ]
-
-
-def _with_absolute_paths(
-    changes: PlainValue, components: Mapping[str, ComponentSpec], folder: Path
-) -> list[dict[str, PlainValue]]:
-    assert isinstance(changes, list)
-    return [_absolute(change, components, folder) for change in changes]
-
-
-def _absolute(
-    change: dict[str, PlainValue], components: Mapping[str, ComponentSpec], folder: Path
-) -> dict[str, PlainValue]:
-    spec = components.get(change.get("component", ""))
-    if change["change"] != SetParameters.change or spec is None or spec.description is None:
-        return change
-    return {**change, "parameters": with_absolute_paths(spec.description, change["parameters"], folder)}

@@ -3,7 +3,7 @@
 A *node* is a component; its modes are sets of parameters. A *system* has parts, nodes or other systems; its modes have
 the state and mode of each part. Every mode becomes one of ours, named ``PART.MODE``. Parts that a mode leaves out come
 from ``__DEFAULT__``. ``parts`` has nothing that the default mode has not, and is ignored. ``rules`` become rules of the
-stack, for the planner that enforces them.
+stack, for the planner that enforces them. In a robot's file all names are the robot's own.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.mode_rules import ModeRule
 from regraft.bus_schema.model.modes.mode_parts import DEFAULT
 from regraft.bus_schema.suggestions import instead_of
-from regraft.stack.sections.system_mode_rules import Part, component_of, rules_of
+from regraft.stack.sections.system_mode_rules import Part, PartNames, rules_of
 from regraft.stack.yaml.document import read_document
 from regraft.stack.yaml.nodes import Location, Node, plain
 from regraft.stack.yaml.problems import Report
@@ -49,37 +49,46 @@ class SystemModesFile:
     rule_locations: dict[str, Location]
 
 
-def read_system_modes(file: Path, components: Collection[str]) -> dict[str, PlainValue]:
+def read_system_modes(file: Path, components: Collection[str], scope: str = "") -> dict[str, PlainValue]:
     """Return the changes of each mode in a file, as plain data; its nodes are ``components``. Raises StackError."""
-    return read_system_modes_file(file, components).modes
+    return read_system_modes_file(file, components, scope).modes
 
 
-def read_system_modes_file(file: Path, components: Collection[str]) -> SystemModesFile:
-    """Return the content of a file; its nodes are ``components``. Raises StackError."""
+def read_system_modes_file(file: Path, components: Collection[str], scope: str = "") -> SystemModesFile:
+    """Return the content of a file; its nodes are ``components``. Raises StackError.
+
+    ``scope`` is the robot that all of the file's names belong to: a node ``laser`` is its component ``rescuer.laser``.
+    """
     document, report = read_document(file)
-    reader = _Reader(report, components)
+    names = PartNames(scope)
+    reader = _Reader(report, components, names)
     assert isinstance(document.value, dict)
     for name, node in document.value.items():
         reader.read_part(name, node)
     reader.check()
-    rules = [rule for part in reader.parts.values() for rule in rules_of(part, reader.parts, report)]
+    rules = [rule for part in reader.parts.values() for rule in rules_of(part, reader.parts, names, report)]
     report.raise_if_any()
     both = [(part, mode) for part in reader.parts.values() for mode in part.modes]
-    entered = {f"{part.name}.{mode}": tuple(reader.entered(part, mode)) for part, mode in both}
+    entered = {names.mode(part.name, mode): tuple(reader.entered(part, mode)) for part, mode in both}
     return SystemModesFile(
-        {f"{part.name}.{mode}": list(reader.changes(part, mode)) for part, mode in both},
+        {names.mode(part.name, mode): list(reader.changes(part, mode)) for part, mode in both},
         {name: modes for name, modes in entered.items() if modes},
         tuple(rules),
         tuple(reader.values()),
-        {f"{part.name}.{name}": node.location for part in reader.parts.values() for name, node in part.rules.items()},
+        {
+            names.mode(part.name, name): node.location
+            for part in reader.parts.values()
+            for name, node in part.rules.items()
+        },
     )
 
 
 class _Reader:
-    def __init__(self, report: Report, components: Collection[str]) -> None:
+    def __init__(self, report: Report, components: Collection[str], names: PartNames) -> None:
         self.parts: dict[str, Part] = {}
         self._report = report
         self._components = components
+        self._names = names
 
     def _wrong(self, location: Location, where: str, problem: str) -> None:
         self._report.add_at(location, where, problem)
@@ -118,9 +127,10 @@ class _Reader:
     def check(self) -> None:
         """Note all that does not fit together."""
         for part in self.parts.values():
-            if part.is_node and component_of(part.name) not in self._components:
-                known = instead_of(component_of(part.name), self._components)
-                self._wrong(part.location, part.name, f"there is no component {component_of(part.name)!r}; {known}")
+            component = self._names.component(part.name)
+            if part.is_node and component not in self._components:
+                known = instead_of(component, self._components)
+                self._wrong(part.location, part.name, f"there is no component {component!r}; {known}")
             for mode, settings in part.modes.items():
                 for name, node in settings.items():
                     where = f"{part.name}.modes.{mode}.{name}"
@@ -138,8 +148,8 @@ class _Reader:
                 node.location, where, f"{node.value!r}: must be one of: {', '.join(TRANSITIONS)}, or active.MODE"
             )
         known = self.parts.get(name)
-        if known is None and component_of(name) not in self._components:
-            both = [*self.parts, *self._components]
+        if known is None and self._names.component(name) not in self._components:
+            both = [*self.parts, *self._names.own(self._components)]
             self._wrong(node.location, where, f"there is no part {name!r}; {instead_of(name, both)}")
         elif mode and (known is None or mode not in known.modes):
             modes = known.modes if known else ()
@@ -169,7 +179,8 @@ class _Reader:
         for part in self.parts.values():
             for mode, settings in part.modes.items() if part.is_node else ():
                 for name, node in settings.items():
-                    yield GivenValue(component_of(part.name), name, f"{part.name}.modes.{mode}.{name}", node)
+                    component = self._names.component(part.name)
+                    yield GivenValue(component, name, f"{part.name}.modes.{mode}.{name}", node)
 
     def entered(self, part: Part, mode: str) -> Iterator[str]:
         """Yield the modes of other parts that a mode of a system enters."""
@@ -177,7 +188,7 @@ class _Reader:
             state, _, inner = str(node.value).partition(".")
             known = self.parts.get(name)
             if known is not None and state == "active" and (inner or DEFAULT) in known.modes:
-                yield f"{name}.{inner or DEFAULT}"
+                yield self._names.mode(name, inner or DEFAULT)
 
     def _enter(self, name: str, state: str, mode: str) -> Iterator[PlainValue]:
         part = self.parts.get(name)
@@ -188,7 +199,7 @@ class _Reader:
                 for inner in part.settings(DEFAULT):
                     yield from self._enter(inner, state, "")
             return
-        component = component_of(name)
+        component = self._names.component(name)
         settings = part.settings(mode or DEFAULT) if part is not None and state == "active" else {}
         if settings:
             values = {parameter: plain(node) for parameter, node in settings.items()}

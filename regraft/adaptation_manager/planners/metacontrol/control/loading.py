@@ -25,7 +25,7 @@ def problems_in(skills: str, knowledge: str, architecture: Architecture, scope: 
     """Return what is wrong with skills and knowledge in a stack: the parameter at fault, and why."""
     read = None
     if skills:
-        checked = checked_skills(Path(skills), None if scope else architecture)
+        checked = checked_skills(Path(skills), architecture, scope)
         wrong = [("skills", str(each)) for each in checked.diagnostics if each.severity is Severity.ERROR]
         if wrong:
             return wrong

@@ -13,8 +13,10 @@ import typer
 
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.rdf_lines import PUBLISHED, Namespaces
 from regraft.adaptation_manager.planners.metacontrol.skills.kb_commands import kb
+from regraft.bus_schema.model.robots.scopes import scope_of
+from regraft.bus_schema.suggestions import no_such
 from regraft.cli.outcomes import BAD_INPUT, BadInput
-from regraft.cli.terminal.options import JsonOption
+from regraft.cli.terminal.options import JsonOption, RobotOption
 from regraft.cli.terminal.output import complain, say, show_json, show_table
 
 if TYPE_CHECKING:
@@ -40,9 +42,9 @@ StackOption = Annotated[
 
 
 @skills.command("check")
-def check(file: FileArgument, stack: StackOption = None, as_json: JsonOption = False) -> None:
+def check(file: FileArgument, stack: StackOption = None, robot: RobotOption = "", as_json: JsonOption = False) -> None:
     """Check a file with all that it imports; with a stack, also its components and their parameters."""
-    checked = _checked(file, stack)
+    checked = _checked(file, stack, robot)
     if as_json:
         show_json(_plain(file, checked))
         if _errors(checked):
@@ -59,6 +61,7 @@ def generate(
     file: FileArgument,
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder of the four files.")],
     stack: StackOption = None,
+    robot: RobotOption = "",
     one_system: Annotated[
         str, typer.Option("--one-system", metavar="NAME", help="One system with all modes, instead of one a skill.")
     ] = "",
@@ -74,7 +77,7 @@ def generate(
 ) -> None:
     """Write modes for system_modes, components and qualities to observe, and individuals for an ontology."""
     namespaces = _namespaces(tomasys, mros, domain)
-    checked = _right(file, stack)
+    checked = _right(file, stack, robot)
     _check_system(one_system, checked)
     from regraft.adaptation_manager.planners.metacontrol.skills.generators.writing import generated, write_files
 
@@ -95,7 +98,7 @@ def outline(file: FileArgument, as_json: JsonOption = False) -> None:
         outline_plain,
     )
 
-    checked = _checked(file, None)
+    checked = _checked(file)
     entries = outline_of(checked.skills)
     if as_json:
         show_json({**_plain(file, checked), "outline": outline_plain(entries)})
@@ -110,7 +113,7 @@ def outline(file: FileArgument, as_json: JsonOption = False) -> None:
 @skills.command("count")
 def count(file: FileArgument, as_json: JsonOption = False) -> None:
     """Count the assertions and lines of each realization in the generated ontology."""
-    checked = _right(file, None)
+    checked = _right(file)
     from regraft.adaptation_manager.planners.metacontrol.skills.counting import counts
     from regraft.adaptation_manager.planners.metacontrol.skills.generators.owl import individuals
 
@@ -147,20 +150,26 @@ def server() -> None:
     serve()
 
 
-def _checked(file: Path, stack: Path | None) -> CheckedSkills:
+def _checked(file: Path, stack: Path | None = None, robot: str = "") -> CheckedSkills:
     from regraft.adaptation_manager.planners.metacontrol.skills.reading import checked_skills
 
     if stack is None:
+        if robot:
+            raise BadInput(f"--robot {robot}: needs --stack: robots are those of a stack")
         return checked_skills(file)
     from regraft.stack import load
     from regraft.stack.installed import stack_file
 
-    return checked_skills(file, load(stack_file(stack), complain).architecture)
+    architecture = load(stack_file(stack), complain).architecture
+    known = {scope_of(name, architecture.topics) for name in architecture.components} - {""}
+    if robot and robot not in known:
+        raise BadInput(f"--robot {robot}: {no_such('robot', robot, known)}")
+    return checked_skills(file, architecture, robot)
 
 
-def _right(file: Path, stack: Path | None) -> CheckedSkills:
+def _right(file: Path, stack: Path | None = None, robot: str = "") -> CheckedSkills:
     """Return a file without errors; its warnings are shown. Raises BadInput."""
-    checked = _checked(file, stack)
+    checked = _checked(file, stack, robot)
     _refuse_if_wrong(checked)
     for each in checked.diagnostics:
         complain(str(each))

@@ -49,12 +49,18 @@ def read_skills(file: Path) -> SkillSet:
 
 
 def checked_skills(
-    file: Path, architecture: Architecture | None = None, *, text: str | None = None, max_tokens: int = MAX_TOKENS
+    file: Path,
+    architecture: Architecture | None = None,
+    scope: str = "",
+    *,
+    text: str | None = None,
+    max_tokens: int = MAX_TOKENS,
 ) -> CheckedSkills:
     """Return the skills of a file with its imports, and all that is wrong. It raises nothing.
 
-    With an architecture, its components and their parameters are compared, too. ``text`` is what an editor has of the
-    file, on disk or not; imports are read from disk. ``max_tokens`` bounds the words and marks of all files together.
+    With an architecture, its components and their parameters are compared, too: those of the robot ``scope`` if one is
+    given. ``text`` is what an editor has of the file, on disk or not; imports are read from disk. ``max_tokens`` bounds
+    the words and marks of all files together.
     """
     findings = Findings()
     reader = _Reader(findings, text, max_tokens)
@@ -63,7 +69,7 @@ def checked_skills(
     if not findings.has_errors:
         check(skills, findings)
         if architecture is not None:
-            check_in(skills, architecture, findings)
+            check_in(skills, architecture, scope, findings)
     return CheckedSkills(skills, findings.in_order())
 
 

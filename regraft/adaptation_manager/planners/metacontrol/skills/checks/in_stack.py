@@ -9,6 +9,7 @@ from regraft.adaptation_manager.planners.metacontrol.skills.meaning import every
 from regraft.adaptation_manager.planners.metacontrol.skills.model import Configuration, SkillSet
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.bus_schema.model.robots.scopes import component_in_scope
 from regraft.bus_schema.suggestions import Hints
 from regraft.stack.relative_paths import with_absolute_paths
 from regraft.stack.sections.mode_changes import parameter_problems
@@ -19,13 +20,16 @@ def component_in_stack(name: str) -> str:
     return name.replace("/", ".")
 
 
-def check_in(skills: SkillSet, architecture: Architecture, findings: Findings) -> None:
-    """Note components that the stack has not or does not manage, and values that their classes refuse."""
+def check_in(skills: SkillSet, architecture: Architecture, scope: str, findings: Findings) -> None:
+    """Note components that the stack has not or does not manage, and values that their classes refuse.
+
+    ``scope`` is the robot whose skills they are, empty for the system's.
+    """
     hints = Hints(architecture.components)
     judged: set[str] = set()
     seen: set[tuple[str, str, str]] = set()
     for component in every_component(skills):
-        name = component_in_stack(component.name)
+        name = component_in_scope(scope, component_in_stack(component.name))
         spec = architecture.components.get(name)
         if name not in judged and spec is None:
             problem = f"there is no component {name!r}; {hints.instead_of(name)}"
