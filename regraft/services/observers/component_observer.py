@@ -62,7 +62,13 @@ class ComponentObserver(Component):
     states = Input(SystemStates, topic="system/states", latest_only=True)
     faults = Input(SystemFaults, topic="system/faults", latest_only=True)
     sensor_health = Input(SensorHealth, latest_only=True, required=False, description="what is wrong with the sensors")
-    architecture = Input(Architecture, latest_only=True, required=False, description="which component writes a topic")
+    architecture = Input(
+        Architecture,
+        topic="/architecture",
+        latest_only=True,
+        required=False,
+        description="which component writes a topic",
+    )
     diagnostics = Output(Diagnostic, description="the statuses of components")
 
     failures = Quality("observed components that have failed", better="lower", minimum=0.0, estimated=False)

@@ -24,7 +24,7 @@ MODES = "modes"
 
 @dataclass(slots=True)
 class ModesOfFiles:
-    """What the files have: the changes of each mode, the modes that each enters, rules, and the places of rules.
+    """The content of all files: the changes of each mode, the modes that each enters, rules, and the places of rules.
 
     ``complete`` is whether all files could be read.
     """
@@ -50,7 +50,7 @@ def files_of(given: Node | None) -> dict[str, Node]:
 def modes_of_files(root: Section, components: Mapping[str, ComponentSpec]) -> ModesOfFiles:
     """Return the modes of all files that ``modes`` names; what is wrong is noted.
 
-    A file is looked for from the folder of the file that names it, and so is what its modes set.
+    It is looked for from the folder of the file that names it, as are the files that its modes set.
     """
     found = ModesOfFiles()
     given = root.node(MODES)

@@ -13,7 +13,6 @@ from regraft import (
     Component,
     Future,
     Input,
-    Level,
     Parameter,
     ParameterError,
     Quality,
@@ -25,7 +24,7 @@ from regraft import (
 )
 from regraft.adaptation_manager.planners.metacontrol.control import statuses
 from regraft.adaptation_manager.planners.metacontrol.control.cycle import Cycle, ReasonerFailed, SystemHealth, Waits
-from regraft.adaptation_manager.planners.metacontrol.control.doubts import Doubts
+from regraft.adaptation_manager.planners.metacontrol.control.decision_log import DecisionLog
 from regraft.adaptation_manager.planners.metacontrol.control.keeping import keep_knowledge
 from regraft.adaptation_manager.planners.metacontrol.control.loading import load_all, problems_in
 from regraft.adaptation_manager.planners.metacontrol.control.measurements import Times
@@ -69,7 +68,9 @@ class Metacontroller(Component):
 
     states = Input(SystemStates, topic="system/states", latest_only=True)
     faults = Input(SystemFaults, topic="system/faults", latest_only=True)
-    adaptations = Input(AdaptationReport, required=False, description="after those of others, modes are read again")
+    adaptations = Input(
+        AdaptationReport, topic="/adaptations", required=False, description="modes are read again after each"
+    )
     diagnostics = Input(Diagnostic, required=False, description="what observers report, as MROS2's do")
 
     skills = Parameter("", "the file of skills", unit="path", exists=True, read_only=True)
@@ -132,8 +133,7 @@ class Metacontroller(Component):
         self._due, self._wake = True, Future[None]()
         self._cycle = Cycle(self.kit, self._state, self._notify)
         self._stale = (self.states.latest, self.faults.latest)
-        self._complaint = ""
-        self._doubts = Doubts()
+        self._log = DecisionLog(self.kit)
         self._state.store.wait_for_clients(self.kit.now())
         self.kit.spawn(self._control(), "controlling")
 
@@ -167,7 +167,7 @@ class Metacontroller(Component):
         try:
             monitor.take(diagnostic, self.kit.now(), known)
         except Implausible as error:
-            self._doubt(f"{diagnostic.source}: {diagnostic.text}: {error}")
+            self._log.doubt(f"{diagnostic.source}: {diagnostic.text}: {error}")
         if (monitor.failed, monitor.context) != before or diagnostic.text == wire.BINDING_ERROR:
             self._begin_cycle()
 
@@ -212,16 +212,16 @@ class Metacontroller(Component):
         try:
             seen = SystemHealth(self.states.latest, self.faults.latest)
             await self._cycle.run(settings, self._waits(), seen, keep=self.without_design == "keep")
-            self._be_well()
+            self._log.be_well()
         except RequestRefused as error:
             self._cycle.trouble = str(error)
-            self._complain("metacontrol.undecided", str(error))
+            self._log.complain("metacontrol.undecided", str(error))
         except ReasonerFailed as error:
             self._cycle.trouble = f"the reasoner failed: {error}"
             kept = keep_knowledge(self._state, self.saved_in, self.kit.system)
-            self._complain("metacontrol.reasoner_failed", f"{error}; {kept}")
+            self._log.complain("metacontrol.reasoner_failed", f"{error}; {kept}")
         self._version += 1
-        self._show()
+        self._log.show(self._status())
 
     def _settings(self) -> Settings:
         times = Times(self.settle, self.hold, self.stale_after)
@@ -230,27 +230,6 @@ class Metacontroller(Component):
 
     def _waits(self) -> Waits:
         return Waits(self.answer_within, self.adapt_within)
-
-    def _complain(self, kind: str, text: str) -> None:
-        if text != self._complaint:
-            self._complaint = text
-            self.kit.event(kind, text)
-            self.kit.diagnose("objectives", Level.ERROR, text)
-
-    def _be_well(self) -> None:
-        if self._complaint:
-            self._complaint = ""
-            self.kit.diagnose("objectives", Level.OK, "decided")
-
-    def _doubt(self, text: str) -> None:
-        report = self._doubts.report_of(text, self.kit.now())
-        if report:
-            self.kit.event("metacontrol.implausible", report)
-
-    def _show(self) -> None:
-        found = statuses.all_statuses(self._state, self.kit.now(), self._cycle.trouble).objectives
-        texts = [f"{each.objective}: {each.realization or each.state.value}" for each in found]
-        self.kit.set_status_text(", ".join(texts) or "no objectives")
 
     def _notify(self) -> None:
         """Wake those that wait for news of objectives."""

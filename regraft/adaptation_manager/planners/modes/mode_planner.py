@@ -55,7 +55,7 @@ class ModePlanner(Component):
     faults = Input(SystemFaults, topic="system/faults", latest_only=True)
     requirements = Input(SystemQualities, topic="system/qualities", latest_only=True, required=False)
     measurements = Input(SystemMeasurements, topic="system/measurements", latest_only=True, required=False)
-    adaptations = Input(AdaptationReport, description="after each, the targets are read again")
+    adaptations = Input(AdaptationReport, topic="/adaptations", description="after each, the targets are read again")
 
     settle = _seconds(0.2, "how long a condition has to hold, where its rule says nothing")
     dwell = _seconds(1.0, "how long a mode stays that a rule has entered, where the rule says nothing")
