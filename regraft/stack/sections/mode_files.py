@@ -50,7 +50,7 @@ def files_of(given: Node | None) -> dict[str, Node]:
 def modes_of_files(root: Section, components: Mapping[str, ComponentSpec]) -> ModesOfFiles:
     """Return the modes of all files that ``modes`` names; what is wrong is noted.
 
-    It is looked for from the folder of the file that names it, as are the files that its modes set.
+    Its folder is that of the file that names it; so is that of the files that its modes set.
     """
     found = ModesOfFiles()
     given = root.node(MODES)
