@@ -68,6 +68,28 @@ def test_a_component_that_is_removed_has_failed_until_it_is_added_again(tmp_path
     perform(tmp_path, script)
 
 
+def test_a_component_that_nobody_observes_is_missed_too(tmp_path: Path) -> None:
+    skills = SKILLS.replace("Component battery observable", "Component battery")
+
+    async def script(director: Director) -> None:
+        await director.add(PATROL)
+        spec = director.system.architecture.components["battery"]
+        await director.adapt(Remove("battery"))
+        await director.wait(1.0)
+        status = await director.status("patrol")
+        assert (status.realization, status.state) == ("energy_saving", ObjectiveState.IN_PROGRESS)
+        assert [(each.realization, each.why) for each in status.attempts] == [
+            ("normal", "not realisable: the component 'battery' was removed from the stack")
+        ]
+        await director.wait(2.0)
+        assert len(await director.entered()) == 2
+        await director.adapt(Add("battery", spec))
+        await director.wait(1.0)
+        assert (await director.status("patrol")).realization == "normal"
+
+    perform(tmp_path, script, skills=skills)
+
+
 def test_a_skill_comes_to_rest_though_a_component_of_its_rest_was_removed(tmp_path: Path) -> None:
     async def script(director: Director) -> None:
         await director.add(PATROL)

@@ -9,7 +9,7 @@ from typing import Final
 
 from regraft import Kit
 from regraft.adaptation_manager.planners.manager_client import UNCHANGED, AdaptationOrder, CarriedOut, Manager
-from regraft.adaptation_manager.planners.metacontrol.control.deciding import Decided, changed
+from regraft.adaptation_manager.planners.metacontrol.control.deciding import Decided
 from regraft.adaptation_manager.planners.metacontrol.control.modes import outcomes
 from regraft.adaptation_manager.planners.metacontrol.control.modes.designs import DesignMode, Designs
 from regraft.adaptation_manager.planners.metacontrol.control.modes.transaction import changes_to, in_force
@@ -106,12 +106,6 @@ class Cycle:
         designs = self._state.designs
         assert designs is not None
         wanted = [designs.of(each.design) for each in decided.plan.decisions if each.design is not None]
-        missing = [each for each in changed(decided.plan.decisions) if each.design and not designs.of(each.design).mode]
-        if missing:
-            for each in missing:
-                assert each.design is not None
-                self._state.failed((each,), (), designs.of(each.design).problem, self._kit.now())
-            return False
         kept = decided.kept(self._state.groundings, designs) if keep else ()
         wanted += [designs.of(each.design) for each in kept]
         left = [designs.of(each.design) for each in self._state.groundings]

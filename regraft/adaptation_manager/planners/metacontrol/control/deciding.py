@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from regraft.adaptation_manager.planners.metacontrol.control.groundings import Grounded, Groundings
@@ -12,7 +12,7 @@ from regraft.adaptation_manager.planners.metacontrol.control.monitor import Moni
 from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Model, Objective
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import Status
 from regraft.adaptation_manager.planners.metacontrol.reasoning.analysis import Analyser, Analysis
-from regraft.adaptation_manager.planners.metacontrol.reasoning.decisions import Decision, Plan
+from regraft.adaptation_manager.planners.metacontrol.reasoning.decisions import Plan
 from regraft.adaptation_manager.planners.metacontrol.reasoning.planning import plan
 from regraft.adaptation_manager.planners.metacontrol.reasoning.resting import Resting
 from regraft.adaptation_manager.planners.metacontrol.reasoning.situation import Situation, active_objectives
@@ -27,13 +27,16 @@ class Known:
     monitor: Monitor
     resting: Resting
     designs: Designs
+    unavailable: Mapping[str, str]
+    returned: Collection[str]
 
 
 @dataclass(frozen=True, slots=True)
 class Decided:
     """The conclusions, the plan, and the measured qualities that counted, by objective.
 
-    ``recovered`` are the components whose recovery was taken into account.
+    ``recovered`` are the components whose recovery was taken into account, ``returned`` the designs that can be entered
+    again.
     """
 
     situation: Situation
@@ -41,6 +44,7 @@ class Decided:
     plan: Plan
     measured: dict[str, dict[str, float]]
     recovered: frozenset[str] = frozenset()
+    returned: frozenset[str] = frozenset()
 
     def kept(self, groundings: Groundings, designs: Designs) -> tuple[Grounded, ...]:
         """Return the groundings of objectives that have no further design, but for those in the way."""
@@ -87,9 +91,14 @@ def planned(
     analyser: Analyser, known: Known, situation: Situation, analysis: Analysis, now: float, margin: float
 ) -> Plan:
     """Return a design for each objective, and for those that designs require."""
-    return plan(analyser.model, situation, analysis, known.resting, now, clash=known.designs.clash, margin=margin)
-
-
-def changed(decisions: Iterable[Decision]) -> tuple[Decision, ...]:
-    """Return the decisions for another design than the present one."""
-    return tuple(each for each in decisions if each.design is not None and each.is_change)
+    return plan(
+        analyser.model,
+        situation,
+        analysis,
+        known.resting,
+        now,
+        clash=known.designs.clash,
+        margin=margin,
+        unavailable=known.unavailable,
+        returned=known.returned,
+    )

@@ -53,6 +53,8 @@ class ControlState:
         self.designs: Designs | None = None
         self.decided: Decided | None = None
         self.decided_at = 0.0
+        self._unavailable: dict[str, str] = {}
+        self._returned: set[str] = set()
 
     # --- memory ---
 
@@ -102,6 +104,9 @@ class ControlState:
             self.designs = Designs(self.model, architecture, self.scope)
             missing = self.designs.missing()
         self.monitor.see_removed(self.designs.removed(architecture))
+        unavailable = self.designs.unavailable(architecture)
+        self._returned |= self._unavailable.keys() - unavailable.keys()
+        self._unavailable = unavailable
         self.groundings = self.groundings.followed(self.designs, architecture, now)
         return missing
 
@@ -111,18 +116,21 @@ class ControlState:
         objectives = (*(entry.objective for entry in self.store), *further)
         recovered = self.monitor.recovered
         self.resting.recovered(recovered)
-        known = Known(objectives, self.groundings, self.monitor, self.resting, self.designs)
+        returned = frozenset(self._returned)
+        known = Known(
+            objectives, self.groundings, self.monitor, self.resting, self.designs, self._unavailable, returned
+        )
         situation, analysis, measured = concluded(self.analyser, known, now, settings.times)
         rest_failed(analysis, self.resting, now)
         plan = planned(self.analyser, known, situation, analysis, now, settings.margin)
-        return Decided(situation, analysis, plan, measured, recovered)
+        return Decided(situation, analysis, plan, measured, recovered, returned)
 
     def take(self, decided: Decided, now: float) -> None:
         """Note a decision, and the failures because of which designs are left."""
         for decision in decided.plan.decisions:
             state = decided.analysis.objectives.get(decision.objective)
-            is_left = decision.present is not None and decision.is_change and state is not None and state.is_in_error
-            if is_left and decision.present is not None:
+            has_failed = (state is not None and state.is_in_error) or decision.present in self._unavailable
+            if decision.present is not None and decision.is_change and has_failed:
                 self.note_failure(decision.objective, decision.present, why_left(decision), now)
         self.decided, self.decided_at = decided, now
 
@@ -140,6 +148,7 @@ class ControlState:
             if before.get(each.objective) != each.design:
                 self.monitor.measurements.forget(each.objective)
         self.monitor.decided(decided.recovered)
+        self._returned -= decided.returned
 
     def failed(self, decisions: Iterable[Decision], components: Iterable[str], why: str, now: float) -> None:
         """Let designs rest that could not be put in place."""

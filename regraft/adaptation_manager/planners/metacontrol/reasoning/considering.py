@@ -24,6 +24,7 @@ class Considered:
     """The designs that were considered for an objective.
 
     ``rests`` are the rests of ``now``, by design. ``tried`` are candidates that could not be taken, and why.
+    ``unavailable`` are designs that the system cannot enter as it is, and why.
     """
 
     objective: Objective
@@ -33,13 +34,14 @@ class Considered:
     rests: Mapping[str, Rest]
     now: float
     present: str | None
+    unavailable: Mapping[str, str] = field(default_factory=dict)
     selected: str | None = None
     tried: dict[str, Objection] = field(default_factory=dict)
 
     def candidates(self) -> list[str]:
         """Return the designs against which nothing speaks, the most useful first; of equal ones the present one."""
         failed = {design for design, objective in self.analysis.failed if objective == self.objective.name}
-        out = failed | self.rests.keys()
+        out = failed | self.rests.keys() | self.unavailable.keys()
         unrealisable = self.analysis.unrealisable
         found = [name for name in self.ranking.fitting if name not in unrealisable and name not in out]
         if self.present in found:
@@ -54,7 +56,7 @@ class Considered:
         """Return the kinds of what speaks against the designs; an unmet requirement stands for a missing estimate."""
         found = {objection.kind for objection in self.tried.values()}
         designs = self.ranking.utilities.keys()
-        if not self.analysis.unrealisable.isdisjoint(designs):
+        if not (self.analysis.unrealisable | self.unavailable.keys()).isdisjoint(designs):
             found.add(Against.UNREALISABLE)
         if any(design in designs and name == self.objective.name for design, name in self.analysis.failed):
             found.add(Against.FAILED)
@@ -105,6 +107,8 @@ class Considered:
             yield Objection(
                 Against.UNREALISABLE, lambda: f"not realisable: {causes(analysis.why_unrealisable(design))}"
             )
+        if design in self.unavailable:
+            yield Objection(Against.UNREALISABLE, f"not realisable: {self.unavailable[design]}")
         if (design, objective) in analysis.failed:
             yield Objection(Against.FAILED, lambda: f"it fails now: {causes(analysis.why_failed(design, objective))}")
         if design in self.rests:

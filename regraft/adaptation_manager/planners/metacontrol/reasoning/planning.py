@@ -7,7 +7,7 @@ then the first in the files. A design that would change what another objective h
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Final, TypeAlias
 
@@ -42,6 +42,8 @@ MAX_TRIES: Final = 10_000
 MAX_REASON: Final = 300
 """Characters of the reason why a requirement has no design, which holds the reasons of its own requirements."""
 
+NOTHING: Final[Mapping[str, str]] = {}
+
 Clash: TypeAlias = Callable[[str, str], str]
 """Returns why two designs exclude each other, empty if they do not."""
 
@@ -74,14 +76,19 @@ def plan(
     *,
     clash: Clash = no_clash,
     margin: float = MARGIN,
+    unavailable: Mapping[str, str] = NOTHING,
+    returned: Collection[str] = (),
 ) -> Plan:
     """Return a decision for each objective, and for those that selected designs require.
 
     ``now`` is the time of the clock that ``resting`` has. An objective that must be refused has the reasons, and no
-    design.
+    design. The system cannot enter designs that are ``unavailable``, for the reasons given. Objectives are
+    reconsidered for those that have ``returned``.
     """
     rankings = analysis.rankings if analysis.rankings.model is model else Rankings(model)
-    planner = _Planner(model, situation, analysis, rankings, resting.all(now), now, clash, margin)
+    planner = _Planner(
+        model, situation, analysis, rankings, resting.all(now), now, clash, margin, unavailable, returned
+    )
     order = sorted(enumerate(situation.objectives), key=lambda each: (-each[1].priority, each[0]))
     for place, (_, objective) in enumerate(order, 1):
         planner.limit = MAX_TRIES * place // len(order)
@@ -101,6 +108,8 @@ class _Planner:
     now: float
     clash: Clash
     margin: float
+    unavailable: Mapping[str, str]
+    returned: Collection[str]
     held: list[tuple[str, str]] = field(default_factory=list)
     decisions: list[Decision] = field(default_factory=list)
     tries: int = 0
@@ -139,6 +148,7 @@ class _Planner:
             rests,
             self.now,
             grounding.design if grounding is not None else None,
+            self.unavailable,
         )
 
     def _ordered(self, objective: Objective, state: ObjectiveState, considered: Considered) -> list[str]:
@@ -146,8 +156,9 @@ class _Planner:
         ordered, present = considered.candidates(), considered.present
         if present is None:
             return _with_first(ordered, objective.design)
-        keeps = not (state.is_in_error or state.updatable or objective.always_improve)
-        improves = objective.always_improve and not (state.is_in_error or state.updatable)
+        reconsidered = state.is_in_error or state.updatable or any(name in self.returned for name in ordered)
+        keeps = not (reconsidered or objective.always_improve)
+        improves = objective.always_improve and not reconsidered
         if present in ordered and improves:
             utilities = considered.ranking.utilities
             keeps = utilities[ordered[0]] - utilities[present] <= self.margin

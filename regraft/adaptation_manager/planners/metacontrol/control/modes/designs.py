@@ -44,6 +44,13 @@ class Designs:
         chosen = (name for name, design in model.designs.items() if not design.is_rest)
         self._by_design = {name: _mode_of(name, model, architecture, scope) for name in chosen}
         self._by_mode = {each.mode: each for each in self._by_design.values() if each.mode}
+        self._claimed_by: dict[str, list[str]] = {}
+        for name, each in self._by_design.items():
+            for component in each.claims:
+                self._claimed_by.setdefault(component, []).append(name)
+        changes = [change for each in self._by_design.values() for change in each.changes]
+        added = {each.component for each in changes if isinstance(each, Add)}
+        self._needed = {each.component for each in changes} - added
 
     def fits(self, architecture: Architecture) -> bool:
         """Return whether an architecture has the modes that are known here."""
@@ -63,9 +70,15 @@ class Designs:
 
     def removed(self, architecture: Architecture) -> frozenset[str]:
         """Return the components that designs change, and that the stack does not have any more."""
-        changes = [change for each in self._by_design.values() for change in each.changes]
-        added = {each.component for each in changes if isinstance(each, Add)}
-        return frozenset(each.component for each in changes) - added - architecture.components.keys()
+        return frozenset(self._needed - architecture.components.keys())
+
+    def unavailable(self, architecture: Architecture) -> dict[str, str]:
+        """Return the designs that cannot be entered in the stack as it is, and why: no mode, or no component."""
+        found = {name: each.problem for name, each in self._by_design.items() if each.problem}
+        for component in sorted(self.removed(architecture)):
+            why = f"the component {component!r} was removed from the stack"
+            found |= {name: why for name in self._claimed_by.get(component, ()) if name not in found}
+        return found
 
     def clash(self, one: str, other: str) -> str:
         """Return why two designs exclude each other, empty if they do not."""
