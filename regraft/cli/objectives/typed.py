@@ -12,6 +12,7 @@ from regraft.bus_schema.encoding.records import record_shape
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.management.objectives import CurvePoint, Objective
 from regraft.bus_schema.model.qualities.bounds import Bound, read_bounds
+from regraft.bus_schema.model.qualities.curves import read_curve
 from regraft.bus_schema.suggestions import no_such
 from regraft.cli.outcomes import BadInput
 from regraft.cli.terminal.values import assignments, line_of, read_located
@@ -41,20 +42,14 @@ def curves(texts: Sequence[str] | None) -> dict[str, tuple[CurvePoint, ...]] | N
     """Return the curves of ``--curve QUALITY=VALUE:UTILITY,...``, None if there are none; raises BadInput."""
     found: dict[str, tuple[CurvePoint, ...]] = {}
     for text in texts or ():
-        quality, equals, points = text.partition("=")
-        if not equals or not quality.strip():
-            raise BadInput(f"--curve {text!r} must look like QUALITY=VALUE:UTILITY,VALUE:UTILITY")
+        try:
+            quality, points = read_curve(text)
+        except ValueError as error:
+            raise BadInput(f"--curve {error}") from None
         if quality in found:
             raise BadInput(f"--curve {quality}: is given twice: leave one out")
-        found[quality] = tuple(_point(quality, point) for point in points.split(","))
+        found[quality] = tuple(CurvePoint(*point) for point in points)
     return found or None
-
-
-def _point(quality: str, text: str) -> CurvePoint:
-    value, colon, utility = text.partition(":")
-    if not colon:
-        raise BadInput(f"--curve {quality}: {text!r} must look like VALUE:UTILITY")
-    return CurvePoint(_number(f"--curve {quality}", value), _number(f"--curve {quality}", utility))
 
 
 def _number(place: str, value: object) -> float:

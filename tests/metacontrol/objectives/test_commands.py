@@ -150,7 +150,7 @@ def test_a_mistake_in_a_file_is_reported_with_file_and_line(
         ("add to_navigate safety>0.5", "safety: '>' compares no bound: must be >=, <= or ="),
         ("add to_navigate safety=high", "safety: 'high' is not a number"),
         ("add to_navigate safety=inf", "safety: inf is not finite"),
-        ("add to_navigate safety=0.5 safety>=0.6", "safety: has two bounds: leave one out"),
+        ("add to_navigate safety=0.5 safety>=0.6", "safety: has two numbers: leave one out"),
         ("add to_navigate safety<=0.5", "<= contradicts the direction of safety: must be >="),
         ("add to_navigate --weight safety=much", "--weight safety: 'much' must be a finite number"),
         ("add to_navigate --weight safety=true", "--weight safety: True must be a finite number"),

@@ -45,7 +45,7 @@ def test_no_text_is_read_as_anything_but_a_bound(text: str) -> None:
         (["safety=nan"], "safety: nan is not finite"),
         (["=0.5"], "must look like"),
         (["safety=1 or 2"], "must look like"),
-        (["a=1", "a>=2"], "a: has two bounds"),
+        (["a=1", "a>=2"], "a: has two numbers"),
         (["a" * 400], "has 400 characters, must have at most 300"),
     ],
 )

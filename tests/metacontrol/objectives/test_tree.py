@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from regraft.bus_schema.messages.management.objectives import Objective, ObjectiveState, Progress
+from regraft.bus_schema.messages.management.objectives import CurvePoint, Objective, ObjectiveState, Progress
 from regraft.bus_schema.messages.mission import Command, MissionCommand, MissionState, MissionStatus
 from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.bus_schema.model.qualities.bounds import Comparison
@@ -82,6 +82,21 @@ def test_the_objective_has_what_the_ports_give() -> None:
             task="rounds",
             operators={"energy": Comparison.AT_MOST},
         )
+
+
+def test_the_objective_has_weights_and_curves_of_its_own() -> None:
+    curves = {
+        "safety": (CurvePoint(0.0, 0.0), CurvePoint(0.5, 0.2)),
+        "energy": (CurvePoint(0.0, 1.0), CurvePoint(1.0, 0.0)),
+    }
+    for ports in (
+        'weights="safety: 2, energy: 1" curves="safety=0:0,0.5:0.2; energy=0:1,1:0"',
+        """weights='json:{"safety": 2, "energy": 1}' """
+        """curves='json:{"safety": [[0, 0], [0.5, 0.2]], "energy": [[0, 1], [1, 0]]}'""",
+    ):
+        with bench(objective(ports)) as at:
+            given = at.small.given["patrol"]
+            assert (given.weights, given.curves) == ({"safety": 2.0, "energy": 1.0}, curves)
 
 
 def test_without_a_name_the_objective_has_that_of_its_skill() -> None:
@@ -282,7 +297,13 @@ def test_the_metacontroller_of_a_robot_has_a_short_name_in_its_mission() -> None
     ("ports", "reason"),
     [
         ('requirements="safety"', "port 'requirements': 'safety' must look like"),
-        ('requirements="safety: 1, safety: 2"', "safety: has two bounds"),
+        ('requirements="safety: 1, safety: 2"', "safety: has two numbers"),
+        ('weights="safety &gt;= 2"', "port 'weights': safety: a weight is written with ':' or '='"),
+        ('weights="safety: 1, safety: 2"', "port 'weights': safety: has two"),
+        ('curves="safety=0:0,0.5"', "port 'curves': safety: '0.5' must look like VALUE:UTILITY"),
+        ('curves="safety: 1"', "must look like QUALITY=VALUE:UTILITY,VALUE:UTILITY"),
+        ('curves="safety=0:0; safety=1:1"', "port 'curves': a quality has two curves"),
+        ("curves='json:{\"safety\": [[0, 1], 2]}'", "port 'curves': safety: '2' must look like VALUE:UTILITY"),
         ('on_error="fial"', "there is no 'fial'; did you mean 'fail'?"),
         ('timeout="soon"', "port 'timeout': 'soon' is no duration"),
         ('retry_after="-1"', "port 'retry_after'"),

@@ -55,7 +55,7 @@ def read_bounds(texts: Iterable[str]) -> dict[str, Bound]:
     found: dict[str, Bound] = {}
     for bound in map(read_bound, texts):
         if bound.quality in found:
-            raise ValueError(f"{bound.quality}: has two bounds: leave one out")
+            raise ValueError(f"{bound.quality}: has two numbers: leave one out")
         found[bound.quality] = bound
     return found
 

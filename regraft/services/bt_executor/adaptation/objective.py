@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, Final
 
 from behavior_tree import FAILURE, RUNNING, SKIPPED, SUCCESS, Decorator, Input, Node, NodeSetup, Output, Status
 from regraft.bus_schema.annotations import PlainValue
-from regraft.bus_schema.messages.management.objectives import Objective, ObjectiveState, ObjectiveStatus, Progress
-from regraft.bus_schema.model.qualities.bounds import read_bounds
+from regraft.bus_schema.messages.management.objectives import (
+    CurvePoint,
+    Objective,
+    ObjectiveState,
+    ObjectiveStatus,
+    Progress,
+)
+from regraft.bus_schema.model.qualities.bounds import Bound, read_bounds
+from regraft.bus_schema.model.qualities.curves import read_curve
 from regraft.bus_schema.suggestions import instead_of
 from regraft.services.bt_executor.adaptation.objective_goal import ObjectiveGoal
 from regraft.services.bt_executor.adaptation.port_values.durations import AT_ONCE
@@ -18,6 +26,7 @@ from regraft.services.bt_executor.leaves.context import Asked, LeafContext
 from regraft.services.bt_executor.leaves.plain_messages import filled
 
 WAIT, FAIL = "wait", "fail"
+JSON: Final = "json:"
 DURATIONS: Final = ("accept_within", "retry_after", "timeout")
 ERRORS: Final = (ObjectiveState.IN_ERROR_FR, ObjectiveState.IN_ERROR_NFR, ObjectiveState.IN_ERROR_COMPONENT)
 RESULTS: Final = {SUCCESS: Progress.SUCCESS.value, FAILURE: Progress.ERROR.value}
@@ -42,6 +51,8 @@ class ObjectiveDecorator(Decorator):
 
     skill = Input(str, description="the skill that is to be provided")
     requirements = Input[Any](default="", description="bounds of qualities: safety: 0.5, energy <= 0.5")
+    weights = Input[Any](default="", description="weights of qualities in the utility: safety: 2, energy: 1")
+    curves = Input[Any](default="", description="utility curves of qualities: safety=0:0,0.5:0.2,1:1; energy=0:1,1:0")
     priority = Input(float, default=0.0, description="a higher one is decided first")
     always_improve = Input(bool, default=False, description="whether to change for a better realization without errors")
     realization = Input(str, default="", description="the realization to begin with")
@@ -79,8 +90,9 @@ class ObjectiveDecorator(Decorator):
         for port in DURATIONS:
             if is_known(self, port):
                 duration_of(self, port)
-        if is_known(self, "requirements"):
-            self._requirements()
+        for port, read in self._quality_ports().items():
+            if is_known(self, port):
+                read()
         if is_known(self, "planner") and not PLANNER.fullmatch(self.planner):
             raise ValueError(f"port 'planner': '{self.planner}' cannot be a planner's name, such as metacontrol")
         if is_known(self, "on_error"):
@@ -170,13 +182,15 @@ class ObjectiveDecorator(Decorator):
     def _asked(self) -> ObjectiveGoal:
         """Ask for the objective that the ports describe now; raises what BAD_VALUES has."""
         self._fails, self._patience = self._fails_on_error(), duration_of(self, "timeout")
-        bounds = self._requirements()
+        bounds = self._bounds("requirements")
         objective = Objective(
             self.skill,
             "" if self.name == self.type_id else self.name,
             {name: bound.number for name, bound in bounds.items()},
             self.priority,
             self.always_improve,
+            self._weights(),
+            self._curves(),
             realization=self.realization,
             inputs=self._inputs(),
             task=self.task,
@@ -189,16 +203,47 @@ class ObjectiveDecorator(Decorator):
         self._goal = goal
         return goal
 
-    def _requirements(self) -> dict[str, Any]:
-        given = self.read_port("requirements")
-        texts = given.replace(";", ",").split(",") if isinstance(given, str) else None
-        if texts is None:
-            plain = json_of(self, "requirements", dict)
+    def _quality_ports(self) -> dict[str, Callable[[], object]]:
+        return {
+            "requirements": lambda: self._bounds("requirements"),
+            "weights": self._weights,
+            "curves": self._curves,
+        }
+
+    def _bounds(self, port: str) -> dict[str, Bound]:
+        given = self.read_port(port)
+        if isinstance(given, str) and not given.lstrip().startswith(JSON):
+            texts = given.replace(";", ",").split(",")
+        else:
+            plain = json_of(self, port, dict)
             texts = [f"{name}: {number}" for name, number in plain.items()]
         try:
             return dict(read_bounds(text for text in texts if text.strip()))
         except ValueError as error:
-            raise ValueError(f"port 'requirements': {error}") from None
+            raise ValueError(f"port {port!r}: {error}") from None
+
+    def _weights(self) -> dict[str, float] | None:
+        found = self._bounds("weights")
+        compared = next((each for each in found.values() if each.comparison is not None), None)
+        if compared is not None:
+            raise ValueError(f"port 'weights': {compared.quality}: a weight is written with ':' or '='")
+        return {name: each.number for name, each in found.items()} or None
+
+    def _curves(self) -> dict[str, tuple[CurvePoint, ...]] | None:
+        given = self.read_port("curves")
+        if isinstance(given, str) and not given.lstrip().startswith(JSON):
+            texts = given.split(";")
+        else:
+            plain = json_of(self, "curves", dict)
+            texts = [f"{name}={_points_text(points)}" for name, points in plain.items()]
+        try:
+            read = [read_curve(text) for text in texts if text.strip()]
+        except ValueError as error:
+            raise ValueError(f"port 'curves': {error}") from None
+        found = {quality: tuple(CurvePoint(*point) for point in points) for quality, points in read}
+        if len(found) < len(read):
+            raise ValueError("port 'curves': a quality has two curves: leave one out")
+        return found or None
 
     def _inputs(self) -> dict[str, PlainValue]:
         found: dict[str, PlainValue] = filled(json_of(self, "inputs", dict), self.blackboard)
@@ -236,3 +281,11 @@ class ObjectiveDecorator(Decorator):
             self._report.give_up()
         self.runtime.timers.cancel(self.uid)
         self._goal = self._report = self._result = None
+
+
+def _points_text(points: PlainValue) -> str:
+    """Return a list of pairs as a curve's text; anything else as a text that is none."""
+    pairs = points if isinstance(points, list) else [points]
+    return ",".join(
+        ":".join(map(str, pair)) if isinstance(pair, list) and len(pair) == 2 else str(pair) for pair in pairs
+    )

@@ -50,6 +50,7 @@ class Code(Enum):
     OUT_OF_RANGE = "out_of_range"
     BAD_RANGE = "bad_range"
     BAD_WEIGHT = "bad_weight"
+    NO_WEIGHT = "no_weight"
     BAD_CURVE = "bad_curve"
     BAD_EXPRESSION = "bad_expression"
     BAD_NUMBER = "bad_number"

@@ -25,10 +25,13 @@ def check(skills: SkillSet, findings: Findings) -> None:
     """Note types that are neither published nor message types, and results whose number is none."""
     known = frozenset(type_names())
     hints = Hints(known)
+    by_own_name = {name.rpartition("/")[2].lower(): name for name in sorted(known, reverse=True)}
     for skill in skills.skills:
         for each in (*skill.inputs, *skill.outputs):
             if each.type not in known:
-                problem = f"{each.name}: there is no type {each.type!r}; {hints.instead_of(each.type)}"
+                meant = by_own_name.get(each.type.rpartition("/")[2].lower())
+                hint = f"did you mean {meant!r}?" if meant else hints.instead_of(each.type)
+                problem = f"{each.name}: there is no type {each.type!r}; {hint}"
                 findings.error(each.place, Code.UNKNOWN_TYPE, problem)
         for result in skill.results:
             if result.number is not None and not math.isfinite(result.number):

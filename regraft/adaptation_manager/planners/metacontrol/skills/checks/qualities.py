@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
+from collections.abc import Mapping
 
 from regraft.adaptation_manager.planners.metacontrol.knowledge.curves import curve_problem
 from regraft.adaptation_manager.planners.metacontrol.skills.diagnostics import Code, Findings
@@ -34,6 +36,7 @@ def check(skills: SkillSet, findings: Findings) -> None:
             if listed.text not in types:
                 problem = f"there is no quality {listed.text!r}; {hints.instead_of(listed.text)}"
                 findings.error(listed.place, Code.UNKNOWN_QUALITY, problem)
+    _check_weights(skills, types, findings)
     by_name = {each.name: each for each in skills.skills}
     listed_hints = {name: Hints(each.text for each in skill.qualities) for name, skill in by_name.items()}
     for realization in skills.realizations:
@@ -41,6 +44,18 @@ def check(skills: SkillSet, findings: Findings) -> None:
         _check_estimates(realization, types, findings)
         if owner is not None:
             _check_listed(realization, owner, listed_hints[owner.name], findings)
+
+
+def _check_weights(skills: SkillSet, types: Mapping[str, QualityType], findings: Findings) -> None:
+    """Note skills whose realizations are all equally useful, as no quality of theirs has a weight."""
+    choices = Counter(each.skill for each in skills.realizations if not is_rest(each))
+    for skill in skills.skills if types else ():
+        known = [types[each.text] for each in skill.qualities if each.text in types]
+        if known and choices[skill.name] > 1 and not any(each.weight for each in known):
+            problem = (
+                f"no quality of the skill {skill.name!r} has a 'weight': its first realization that meets the bounds"
+            )
+            findings.warning(skill.place, Code.NO_WEIGHT, f"{problem} is taken")
 
 
 def range_problem(quality: QualityType | None, value: float) -> tuple[Code, str] | None:

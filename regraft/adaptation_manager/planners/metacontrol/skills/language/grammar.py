@@ -10,6 +10,8 @@ from typing import Any, Final
 from textx import metamodel_from_file
 from textx.exceptions import TextXSyntaxError
 
+from regraft.bus_schema.suggestions import near
+
 GRAMMAR: Final = Path(__file__).with_name("skills.tx")
 MAX_TOKENS: Final = 200_000
 """Words and marks of a file. textX takes some 50 us and 1 KB for each."""
@@ -73,11 +75,14 @@ def _mistake(text: str, start: int, error: TextXSyntaxError) -> SyntaxMistake:
                 return SyntaxMistake(start, len(mark), f"the {kind} that begins here has no end")
     found = FOUND.match(text, start)
     there = repr(found[0][:40]) if found else "the end of the file"
-    return SyntaxMistake(start, len(found[0]) if found else 0, f"expected {_expected(error)}, found {there}")
+    wanted = _wanted(error) or ["something else"]
+    meant = near(repr(found[0][:40]), wanted) if found else None
+    hint = f"; did you mean {meant}?" if meant else ""
+    return SyntaxMistake(start, len(found[0]) if found else 0, f"expected {_listed(wanted)}, found {there}{hint}")
 
 
-def _expected(error: TextXSyntaxError) -> str:
-    *others, last = _wanted(error) or ["something else"]
+def _listed(wanted: list[str]) -> str:
+    *others, last = wanted
     return f"{', '.join(others)} or {last}" if others else last
 
 
