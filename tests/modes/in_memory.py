@@ -107,15 +107,21 @@ class Director(Component):
         self.system.host.ended(name)
 
     def strike(self, name: str) -> None:
-        """Have a component die as soon as its present handler returns; then its next run starts, as by a host."""
+        """Have a component die as soon as its present handler returns; then its next run starts, as by a host.
+
+        Time stands until it has: the director, who is waited for in each step, does nothing meanwhile.
+        """
         struck = self.system.running[name]
+        has_started = threading.Event()
         struck.runtime.post(_die)
+        self.system.running["director"].runtime.post(lambda: has_started.wait(PATIENCE))
 
         def restart() -> None:
             struck.join()
             self.system.host.ended(name, ProcessState.WAITING)
             self.start(name)
             self.restarted = name
+            has_started.set()
 
         threading.Thread(target=restart, daemon=True).start()
 
