@@ -117,6 +117,18 @@ def test_generate_takes_one_system_and_namespaces(regraft: Regraft, file: Path, 
     assert "metacontrol.org" not in (tmp_path / "individuals.owl").read_text()
 
 
+def test_one_system_warns_of_realizations_that_it_cannot_provide(regraft: Regraft, file: Path, tmp_path: Path) -> None:
+    file.write_text(
+        'import "navigation_definitions.skills"\n'
+        "Realization drive of to_navigate { Component motor active Quality [safety: 0.5]; context: Default };\n"
+        "Realization dock of to_recharge {\n"
+        "  Component arm active Quality [safety: 0.5]; requires to_navigate [safety >= 0.5]; context: Default\n};\n"
+    )
+    done = regraft("skills", "generate", str(file), "--out", str(tmp_path / "out"), "--one-system", "robot")
+    assert done.exit_code == 0, done.stderr
+    assert f"{file}:3:13: warning: 'dock' requires another skill" in done.stderr
+
+
 @pytest.mark.parametrize(
     ("option", "value", "problem"),
     [

@@ -231,3 +231,7 @@ def _check_system(name: str, checked: CheckedSkills) -> None:
         raise BadInput(f"--one-system {name}: must be letters, digits and '_', also in parts with '/' between them")
     if name in components_of(checked.skills.realizations):
         raise BadInput(f"--one-system {name}: is the name of a component: take another")
+    for each in checked.skills.realizations if name else ():
+        if each.requirements:
+            why = f"{each.name!r} requires another skill, and one system has one realization in force at a time"
+            complain(f"{each.place}: warning: {why}: it cannot be provided with --one-system")
