@@ -8,6 +8,7 @@ from regraft.adaptation_manager.execution.verify import differences
 from regraft.adaptation_manager.steps.actions import PlannedStep, ReachState, TakeOver
 from regraft.adaptation_manager.targets.component_client import ControlFailed, NoAnswer
 from regraft.adaptation_manager.targets.context import ExecutionContext
+from regraft.bus_schema.messages.protocol.control import ComponentView
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.wiring import own_topic
@@ -79,12 +80,23 @@ async def not_restored(context: ExecutionContext, wanted: Wanted) -> dict[str, s
         await context.pause(RETRY_INTERVAL)
 
 
+def _still_wanted(wanted: dict[str, object], view: ComponentView, before: ComponentSpec) -> dict[str, object]:
+    """Return what is still to be there again: a component that had failed may also be in the state of its spec.
+
+    A run that its host has started meanwhile is in that state.
+    """
+    if view.state is not before.state:
+        return wanted
+    return {place: value for place, value in wanted.items() if place != "state"}
+
+
 async def _compared(context: ExecutionContext, wanted: Wanted) -> dict[str, str]:
     found = {}
     asked = {name: context.controls.read(name) for name in sorted(wanted) if context.controls.living(name)}
     for name, reading in asked.items():
         try:
-            wrong = differences(await reading.view(), wanted[name])
+            view = await reading.view()
+            wrong = differences(view, _still_wanted(wanted[name], view, context.before.components[name]))
         except NoAnswer:
             continue
         except ControlFailed as error:
