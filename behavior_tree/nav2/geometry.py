@@ -21,7 +21,7 @@ def position_of(pose: Any) -> Position:
         ValueError: The value has no position.
     """
     place = pose
-    for name in ("pose", "position"):
+    for name in ("pose", "pose", "position"):  # a named goal has a pose with a frame, which has a pose
         inner = _part(place, name)
         place = place if inner is None else inner
     x, y = _part(place, "x"), _part(place, "y")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from regraft.bus_schema.annotations import Metres, MetresPerSecond, Radians, RadiansPerSecond
+from regraft.bus_schema.annotations import Metres, MetresPerSecond, Radians, RadiansPerSecond, Seconds
 from regraft.bus_schema.encoding.registry import message
 
 
@@ -74,6 +74,16 @@ class Pose:
 class FramedPose:
     """A pose in a named frame, such as ``map``."""
 
+    frame: str
+    pose: Pose
+
+
+@message("regraft/StampedPose")
+@dataclass(frozen=True, slots=True)
+class StampedPose:
+    """A pose in a named frame, and when it was given."""
+
+    stamp: Seconds
     frame: str
     pose: Pose
 

@@ -10,6 +10,7 @@ from typing import Any, Final
 
 from behavior_tree import Node, Registry, RegistryError
 from behavior_tree.nav2 import register_nav2
+from behavior_tree.nav2.leaves import register_nav2_conditions
 from regraft.bus_schema.suggestions import near
 from regraft.process.modules import CannotImport, after_failure, imported
 from regraft.services.bt_executor.adaptation import ADAPT_DECORATORS
@@ -21,6 +22,7 @@ from regraft.services.bt_executor.leaves.detect import DetectObject
 from regraft.services.bt_executor.leaves.exploring import AskNextFrontier, KeepMap
 from regraft.services.bt_executor.leaves.generic import CallAction, CallService
 from regraft.services.bt_executor.leaves.goals import GetGoals, NextGoal, PutGoal, TakeGoal
+from regraft.services.bt_executor.leaves.nav2 import NAV2_LEAVES
 from regraft.services.bt_executor.leaves.navigate_to import NavigateToGoal
 from regraft.services.bt_executor.leaves.say import Say
 from regraft.services.bt_executor.leaves.wait_for_topic import WaitForTopic
@@ -70,7 +72,12 @@ def node_types(context: LeafContext, places: Iterable[str] = (), leave_out: Coll
     for place in places:
         for node_class in _found_at(place):
             _register(registry, node_class, context)
-    register_nav2(registry)  # last, so that somebody else's node of one of these names goes before Nav2's
+    # Last, so that somebody else's node of one of these names goes before Nav2's.
+    register_nav2(registry)
+    register_nav2_conditions(registry)
+    for type_id, node_class in NAV2_LEAVES.items():
+        if type_id not in registry.manifests and type_id not in leave_out:
+            _register(registry, node_class, context, type_id)
     return registry
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from behavior_tree import FAILURE, RUNNING, Node, NodeSetup, Output, StatefulAction, Status
+from regraft import CallFailed
 from regraft.services.bt_executor.leaves.context import Asked, LeafContext
 
 
@@ -61,6 +62,11 @@ class Asking(StatefulAction):
         self.context.kit.log.warning("%s failed: %s", self.path, reason)
         return FAILURE
 
+    def unanswered(self, error: CallFailed) -> Status:
+        """Report why there is no answer; returns FAILURE."""
+        write_if_connected(self, "code", error.code.value if error.code is not None else "")
+        return self.failed(str(error))
+
     def on_start(self) -> Status:
         """Ask."""
         self._feedback = None
@@ -80,9 +86,7 @@ class Asking(StatefulAction):
             return RUNNING
         self._asked = None
         if asked.error is not None:
-            code = asked.error.code
-            write_if_connected(self, "code", code.value if code is not None else "")
-            return self.failed(str(asked.error))
+            return self.unanswered(asked.error)
         return self.answered(asked.answer)
 
     def on_halted(self) -> None:

@@ -53,6 +53,10 @@ class Asked(Generic[A]):
         """A goal's latest feedback, None before the first."""
         return self._goal.feedback if self._goal else None
 
+    def forget(self) -> None:
+        """Want no answer any more; a goal continues, unless another one replaces it."""
+        self._waiting.abandon()
+
     def give_up(self) -> None:
         """Want no answer any more; a goal is cancelled."""
         self._waiting.abandon()

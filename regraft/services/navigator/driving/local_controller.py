@@ -101,6 +101,13 @@ class Manoeuvres:
             return self.halt(now)
         return Decision(now.reachable(target))
 
+    def can_drive(self, now: Situation, target: Twist2D) -> bool:
+        """Return whether the robot can drive at `target` for the horizon without coming too close to anything."""
+        aimed = now.limits.saturate(target)
+        targets = (np.array([aimed.v]), np.array([aimed.w]))
+        tried = forecast(targets, now.twist, now.limits, self.horizon, self.step)
+        return self._admissible(tried, self.near(now, self.horizon * abs(aimed.v)))
+
     def can_turn(self, now: Situation, angle: float) -> bool:
         """Return whether the robot can turn in place by `angle` (rad) without coming too close to anything."""
         points = self.near(now, 0.0)

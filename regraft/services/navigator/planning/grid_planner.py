@@ -116,6 +116,10 @@ class GridPlanner:
         points = np.concatenate([[start], points[1:-1], [goal]])
         return smooth(subdivide(shortcut(points, ground), SPACING), ground)
 
+    def terrain(self, obstacles: FloatArray = NO_POINTS) -> Terrain:
+        """Return the map with the points `obstacles` (N, 2) added, as plans see it."""
+        return self._with(obstacles).terrain
+
     def cost(self, path: Path, obstacles: FloatArray = NO_POINTS) -> float:
         """Return the length (m) of a path plus what its closeness to obstacles costs; inf across one."""
         terrain = self._with(obstacles).terrain

@@ -1,6 +1,7 @@
 """The obstacles that the robot has seen around it, and those that its map lacks."""
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -66,6 +67,15 @@ class Sight:
         there = _explained(marks, planner)
         self._marks = {mark: seen for (mark, seen), known in zip(self._marks.items(), there, strict=True) if not known}
         self._place()
+
+    def forget(self, chosen: Callable[[FloatArray], NDArray[np.bool_]]) -> int:
+        """Forget the remembered obstacles that are ``chosen`` by their places (N, 2) in the map; return how many."""
+        there = chosen(self._in_map(self._centres()))
+        kept = [mark for mark, gone in zip(self._marks.items(), there.tolist(), strict=True) if not gone]
+        forgotten = len(self._marks) - len(kept)
+        self._marks = dict(kept)
+        self._place()
+        return forgotten
 
     def snapshot(self) -> dict[str, Any]:
         """Return the state as plain data."""

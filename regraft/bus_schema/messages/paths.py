@@ -1,0 +1,283 @@
+"""Paths: computing, checking, smoothing and following them.
+
+Goals, results and error codes have the names and numbers of Nav2's actions (nav2_msgs), so that trees written for Nav2
+can decide by them. The number 0 is no error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from regraft.bus_schema.annotations import Array, Count, Metres, MetresPerSecond, Radians, Seconds
+from regraft.bus_schema.encoding.registry import message
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.geometry import FramedPose, Pose
+
+MAX_POSES = 20_000
+"""Poses of one path: a kilometre at 0.05 m."""
+MAX_GOALS = 1_000
+"""Goals of one path through poses."""
+
+
+class PlanError(IntEnum):
+    """The error codes of ``compute_path_to_pose``; those of ``compute_path_through_poses`` are 100 higher."""
+
+    NONE = 0
+    REJECTED = 1
+    NOT_SENT = 2
+    UNKNOWN = 200
+    INVALID_PLANNER = 201
+    NO_POSE = 202
+    START_OUTSIDE_MAP = 203
+    GOAL_OUTSIDE_MAP = 204
+    START_OCCUPIED = 205
+    GOAL_OCCUPIED = 206
+    TIMEOUT = 207
+    NO_VALID_PATH = 208
+
+
+THROUGH_POSES = 100
+"""By how much the error codes of paths through poses are higher than `PlanError`."""
+NO_VIAPOINTS = 309
+"""The error code of ``compute_path_through_poses`` for a goal without poses."""
+
+
+class FollowError(IntEnum):
+    """The error codes of ``follow_path``."""
+
+    NONE = 0
+    REJECTED = 1
+    NOT_SENT = 2
+    UNKNOWN = 100
+    INVALID_CONTROLLER = 101
+    NO_POSE = 102
+    INVALID_PATH = 103
+    PATIENCE_EXCEEDED = 104
+    FAILED_TO_MAKE_PROGRESS = 105
+    NO_VALID_CONTROL = 106
+    CONTROLLER_TIMED_OUT = 107
+    TIMEOUT = 108
+
+
+class SmoothError(IntEnum):
+    """The error codes of ``smooth_path``."""
+
+    NONE = 0
+    REJECTED = 1
+    NOT_SENT = 2
+    UNKNOWN = 500
+    INVALID_SMOOTHER = 501
+    TIMEOUT = 502
+    SMOOTHED_PATH_IN_COLLISION = 503
+    FAILED_TO_SMOOTH_PATH = 504
+    INVALID_PATH = 505
+
+
+@message("regraft/Path")
+@dataclass(frozen=True, slots=True, eq=False)
+class Path:
+    """A way in ``frame``, made at ``stamp``: each row of ``poses`` (N, 3) has x (m), y (m) and yaw (rad)."""
+
+    stamp: Seconds = 0.0
+    frame: str = "map"
+    poses: Annotated[NDArray[np.float64], Array("<f8", (None, 3))] = field(default_factory=lambda: np.empty((0, 3)))
+
+    def __post_init__(self) -> None:
+        if len(self.poses) > MAX_POSES:
+            raise BadMessage(f"must have at most {MAX_POSES} rows, has {len(self.poses)}", ("poses",))
+
+    def __eq__(self, other: Any) -> bool:
+        """Return whether the other is the same way in the same frame, whenever it was made."""
+        if not isinstance(other, Path):
+            return NotImplemented
+        return self.frame == other.frame and np.array_equal(self.poses, other.poses)
+
+    def __hash__(self) -> int:
+        """Return the same number for equal paths."""
+        return hash((self.frame, self.poses.shape))
+
+    def pose(self, index: int) -> FramedPose:
+        """Return one of its poses; raises IndexError."""
+        x, y, yaw = self.poses[index].tolist()
+        return FramedPose(self.frame, Pose.planar(x, y, yaw))
+
+
+@message("regraft/ComputePathToPose")
+@dataclass(frozen=True, slots=True)
+class ComputePathToPose:
+    """Goal: find a way to ``goal``, from where the robot is or from ``start``.
+
+    ``viapoints`` are passed on the way. ``planner`` names how to plan; empty is the first.
+    """
+
+    goal: FramedPose
+    start: FramedPose | None = None
+    viapoints: tuple[FramedPose, ...] = ()
+    planner: str = ""
+
+
+@message("regraft/ComputePathThroughPoses")
+@dataclass(frozen=True, slots=True)
+class ComputePathThroughPoses:
+    """Goal: find a way through ``goals`` in their order, from where the robot is or from ``start``."""
+
+    goals: tuple[FramedPose, ...]
+    start: FramedPose | None = None
+    planner: str = ""
+
+
+@message("regraft/ComputedPath")
+@dataclass(frozen=True, slots=True)
+class ComputedPath:
+    """Result: the way, or without one the error's code and text."""
+
+    path: Path = Path()
+    error_code: Count = 0
+    error_msg: str = ""
+
+
+@message("regraft/FollowPath")
+@dataclass(frozen=True, slots=True)
+class FollowPath:
+    """Goal: drive along ``path`` to its last pose. A newer path replaces it without a stop.
+
+    Each name chooses one of those that the controller server has; an empty one is the first.
+    """
+
+    path: Path
+    controller: str = ""
+    goal_checker: str = ""
+    progress_checker: str = ""
+    path_handler: str = ""
+
+
+@message("regraft/TrackingFeedback")
+@dataclass(frozen=True, slots=True)
+class TrackingFeedback:
+    """Feedback: how well the path is followed.
+
+    ``position_tracking_error`` is positive left of the path. ``heading_tracking_error`` is positive where the robot is
+    turned to the right of the path's direction.
+    """
+
+    position_tracking_error: Metres = 0.0
+    heading_tracking_error: Radians = 0.0
+    current_path_index: Count = 0
+    robot_pose: FramedPose | None = None
+    distance_to_goal: Metres = 0.0
+    speed: MetresPerSecond = 0.0
+    remaining_path_length: Metres = 0.0
+
+
+@message("regraft/PathFollowed")
+@dataclass(frozen=True, slots=True)
+class PathFollowed:
+    """Result: whether the end of the path is reached; ``cancelled`` by another than its client, or the error."""
+
+    error_code: Count = 0
+    error_msg: str = ""
+    cancelled: bool = False
+
+
+@message("regraft/SmoothPath")
+@dataclass(frozen=True, slots=True)
+class SmoothPath:
+    """Goal: round the corners of ``path`` where that stays clear of obstacles.
+
+    ``check_for_collisions``: fail where the result touches something. ``smoother`` names how; empty is the first.
+    """
+
+    path: Path
+    smoother: str = ""
+    max_duration: Seconds = 3.0
+    check_for_collisions: bool = False
+
+
+@message("regraft/SmoothedPath")
+@dataclass(frozen=True, slots=True)
+class SmoothedPath:
+    """Result: the rounded path, or the error."""
+
+    path: Path = Path()
+    duration: Seconds = 0.0
+    was_completed: bool = False
+    error_code: Count = 0
+    error_msg: str = ""
+
+
+@message("regraft/ValidatePath")
+@dataclass(frozen=True, slots=True)
+class ValidatePath:
+    """Request: whether a robot can still drive along ``path``.
+
+    Costs are those of `Costs`; a pose with ``max_cost`` or more is invalid. Only the first ``max_lookahead_distance``
+    (m) from the robot on count, or all of it where that is negative. ``layer`` is ``static`` for the map alone, and
+    empty for the map with the obstacles that were seen.
+    """
+
+    path: Path
+    max_cost: Count = 254
+    consider_unknown_as_obstacle: bool = False
+    layer: str = ""
+    stop_at_first_collision: bool = True
+    max_lookahead_distance: Metres = -1.0
+
+
+@message("regraft/PathValidity")
+@dataclass(frozen=True, slots=True)
+class PathValidity:
+    """Reply: whether the path could be looked at, whether it is valid, and the indices of the poses that are not."""
+
+    success: bool
+    is_valid: bool
+    invalid_pose_indices: tuple[Count, ...] = ()
+
+
+@message("regraft/GetCosts")
+@dataclass(frozen=True, slots=True)
+class GetCosts:
+    """Request: the costs of places; with ``use_footprint`` those of the robot's outline there."""
+
+    poses: tuple[FramedPose, ...]
+    use_footprint: bool = True
+
+
+@message("regraft/Costs")
+@dataclass(frozen=True, slots=True)
+class Costs:
+    """Reply: the cost of each place as in Nav2's costmaps.
+
+    0 is free, 253 nearer to an obstacle than the robot's radius, 254 in an obstacle, 255 unknown. Between them the cost
+    falls with the distance.
+    """
+
+    success: bool
+    costs: tuple[float, ...] = ()
+
+
+@message("regraft/ClearCostmap")
+@dataclass(frozen=True, slots=True)
+class ClearCostmap:
+    """Request: forget the obstacles that were seen and that the map lacks; the next scan shows those that are there.
+
+    A square of side ``reset_distance`` (m) around ``around``, or around the robot where that is None, restricts it:
+    only the area ``inside`` of the square is cleared, or only the area outside of it. 0 clears everything.
+    """
+
+    reset_distance: Metres = 0.0
+    inside: bool = True
+    around: FramedPose | None = None
+
+
+@message("regraft/CostmapCleared")
+@dataclass(frozen=True, slots=True)
+class CostmapCleared:
+    """Reply: whether it was cleared, and how many marks of obstacles were forgotten."""
+
+    success: bool
+    cleared: Count = 0

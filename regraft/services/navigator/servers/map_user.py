@@ -1,0 +1,60 @@
+"""The base of the servers: the ports of the senses and the robot's data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from regraft import Component, Input, Parameter, RefusalCode, RequestRefused
+from regraft.bus_schema.messages import maps, sensors
+from regraft.bus_schema.messages.health import Level
+from regraft.services import robot_parameters
+from regraft.services.navigator.driving.robot import Footprint
+from regraft.services.navigator.planning.terrain import Inflation
+from regraft.services.navigator.servers.surroundings import BadMap, Surroundings
+
+LOOK_INTERVAL = 0.05
+"""s between looks at what is waited for."""
+
+
+class MapUser(Component):
+    """Follows map, odometry and scan; a subclass offers what is done with them."""
+
+    ready_within = Parameter(5.0, "how long a goal waits for the first map and odometry", minimum=0.0, unit="s")
+    radius = robot_parameters.radius(read_only=True)
+    turning_room = robot_parameters.turning_room(read_only=True)
+    outline = robot_parameters.outline()
+
+    odometry = Input(sensors.Odometry, latest_only=True, description="where the robot is and how it moves")
+    scan = Input(sensors.LaserScan, latest_only=True, description="what is around")
+    map = Input(maps.OccupancyGrid, latest_only=True, description="what stands still")
+
+    @classmethod
+    def parameters_for(cls, parameters: dict[str, Any]) -> Iterable[Parameter[Any]]:
+        """Add none; raises ParameterError if the outline is none."""
+        robot_parameters.check_outline(parameters["outline"])
+        return ()
+
+    def on_configure(self) -> None:
+        """Begin without a map."""
+        self._footprint = Footprint(*self.outline) if self.outline else Footprint.disc(self.radius)
+        self._inflation = Inflation.of(self.radius, self.turning_room)
+        self._surroundings = Surroundings(self._inflation, self._footprint.half_width)
+
+    def _look(self) -> None:
+        """Take in what has come."""
+        try:
+            self._surroundings.use_map(self.map.latest)
+        except BadMap as error:
+            self.kit.diagnose("map", Level.ERROR, str(error))
+        self._surroundings.look(self.odometry.latest, self.scan.latest)
+
+    async def _get_ready(self) -> None:
+        """Wait for the first map and odometry; raises RequestRefused if they do not come."""
+        deadline = self.kit.now() + self.ready_within
+        self._look()
+        while missing := self._surroundings.missing():
+            if self.kit.now() >= deadline:
+                raise RequestRefused(f"{missing} within {self.ready_within:g} s", RefusalCode.UNAVAILABLE)
+            await self.kit.sleep(LOOK_INTERVAL)
+            self._look()

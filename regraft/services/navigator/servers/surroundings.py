@@ -1,0 +1,134 @@
+"""What a server knows: the map, where the robot is, and what stands around it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from regraft.bus_schema.messages import maps, sensors
+from regraft.bus_schema.messages.geometry import FramedPose
+from regraft.bus_schema.messages.paths import ClearCostmap
+from regraft.planar import FloatArray, Pose2D, Twist2D
+from regraft.services.navigator.conversions import grid_of, planar_pose, planar_twist, same_map, scan_of
+from regraft.services.navigator.planning.grid_planner import GridPlanner
+from regraft.services.navigator.planning.terrain import Inflation
+from regraft.services.navigator.sensing.scan import Scan
+from regraft.services.navigator.sensing.senses import LOST_TIMEOUT, ScanWatch
+from regraft.services.navigator.sensing.sight import Sight
+
+FRAMES = ("map", "odom")
+"""The frames of goals and paths; the odometry's is that of the map."""
+
+
+class BadMap(ValueError):
+    """A map that nothing can be planned on; the text states why."""
+
+
+def check_frame(place: str, frame: str) -> None:
+    """Make sure that a pose or path is in a known frame; raises ValueError."""
+    if frame not in FRAMES:
+        raise ValueError(f"{place}: the frame must be {' or '.join(FRAMES)}, is {frame!r}")
+
+
+@dataclass(slots=True)
+class Surroundings:
+    """Map, pose and obstacles, from the latest messages.
+
+    ``half_width`` (m) is how far the robot reaches to each side; `inflation` how far its paths keep away.
+    """
+
+    inflation: Inflation
+    half_width: float
+    pose: Pose2D = field(default_factory=Pose2D)
+    twist: Twist2D = field(default_factory=Twist2D)
+    stamp: float = -math.inf
+    """When (s) the robot was at ``pose``; minus infinity before the first odometry."""
+    sight: Sight = field(init=False)
+    _planner: GridPlanner | None = field(init=False, default=None)
+    _scans: ScanWatch = field(init=False, default_factory=ScanWatch)
+    _map: maps.OccupancyGrid | None = field(init=False, default=None)
+    _scan: tuple[sensors.LaserScan, Scan] | None = field(init=False, default=None)
+
+    def __post_init__(self) -> None:
+        self.sight = Sight(self.half_width)
+
+    @property
+    def planner(self) -> GridPlanner:
+        """What plans on the map; raises LookupError before the first map."""
+        if self._planner is None:
+            raise LookupError("no usable map has come")
+        return self._planner
+
+    def missing(self) -> str:
+        """Return what has not come yet, as words; empty if there is a pose and a map."""
+        missing = []
+        if self.stamp == -math.inf:
+            missing.append("no odometry has come")
+        if self._planner is None:
+            missing.append("no usable map has come")
+        return " and ".join(missing)
+
+    def fault(self, now: float, since: float) -> str:
+        """Return why the robot must not drive at ``now`` (s); scans are needed since ``since`` (s)."""
+        if now - self.stamp > LOST_TIMEOUT:
+            return "no odometry comes"
+        self._scans.check(now, since)
+        return self._scans.text
+
+    def use_map(self, message: maps.OccupancyGrid | None) -> None:
+        """Take a map where it is new; raises BadMap once for each that is of no use."""
+        if message is None or message is self._map:
+            return
+        known, self._map = self._map, message
+        if known is not None and same_map(message, known):
+            return
+        try:
+            planner = GridPlanner(grid_of(message), self.inflation)
+        except ValueError as error:
+            raise BadMap(f"the map is of no use: {error}") from error
+        self._planner = planner
+        self.sight.reconsider(planner)
+
+    def look(self, odometry: sensors.Odometry | None, scan: sensors.LaserScan | None) -> None:
+        """Take in the latest messages of the senses."""
+        if odometry is None or self._planner is None:
+            return
+        self.pose, self.twist, self.stamp = planar_pose(odometry.pose), planar_twist(odometry.twist), odometry.stamp
+        seen = self._converted(scan)
+        if seen is not None and self._scans.is_new(seen):
+            clearance = float(self._planner.clearance(np.array([self.pose.position]))[0])
+            self._scans.look(self.sight.pose, seen, clearance)
+        self.sight.absorb(self.stamp, self.pose, self.twist, None if self._scans.text else seen, self._planner)
+
+    def forget(self, request: ClearCostmap) -> int:
+        """Forget remembered obstacles; returns how many marks."""
+        return self.sight.forget(_cleared_by(request, self.pose))
+
+    def _converted(self, message: sensors.LaserScan | None) -> Scan | None:
+        if message is None:
+            return None
+        if self._scan is None or self._scan[0] is not message:
+            self._scan = (message, scan_of(message))
+        return self._scan[1]
+
+
+def _cleared_by(request: ClearCostmap, robot: Pose2D) -> Callable[[FloatArray], NDArray[np.bool_]]:
+    """Return which places (N, 2) a request clears."""
+    centre = robot.position if request.around is None else _position(request.around)
+    half = request.reset_distance / 2
+
+    def chosen(places: FloatArray) -> NDArray[np.bool_]:
+        if request.reset_distance <= 0.0:
+            return np.ones(len(places), bool)
+        within: NDArray[np.bool_] = np.abs(places - centre).max(axis=1, initial=0.0) <= half
+        return np.equal(within, request.inside)
+
+    return chosen
+
+
+def _position(place: FramedPose) -> tuple[float, float]:
+    return place.pose.x, place.pose.y
