@@ -8,12 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from regraft.bus_schema.annotations import Array, Count, Metres, MetresPerSecond, Radians, Seconds
+from regraft.bus_schema.annotations import Count, Metres, MetresPerSecond, Radians, Seconds
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.geometry import FramedPose, Pose
@@ -78,33 +77,43 @@ class SmoothError(IntEnum):
     INVALID_PATH = 505
 
 
-@message("regraft/Path")
-@dataclass(frozen=True, slots=True, eq=False)
-class Path:
-    """A way in ``frame``, made at ``stamp``: each row of ``poses`` (N, 3) has x (m), y (m) and yaw (rad)."""
+@message("regraft/PlanarPose")
+@dataclass(frozen=True, slots=True)
+class PlanarPose:
+    """A place and a heading in the plane z = 0."""
 
-    stamp: Seconds = 0.0
+    x: Metres
+    y: Metres
+    yaw: Radians = 0.0
+
+
+@message("regraft/Path")
+@dataclass(frozen=True, slots=True)
+class Path:
+    """A way in ``frame``, made at ``stamp``; two are equal that lead the same way, whenever they were made."""
+
+    stamp: Seconds = field(default=0.0, compare=False)
     frame: str = "map"
-    poses: Annotated[NDArray[np.float64], Array("<f8", (None, 3))] = field(default_factory=lambda: np.empty((0, 3)))
+    poses: tuple[PlanarPose, ...] = ()
 
     def __post_init__(self) -> None:
         if len(self.poses) > MAX_POSES:
-            raise BadMessage(f"must have at most {MAX_POSES} rows, has {len(self.poses)}", ("poses",))
+            raise BadMessage(f"must have at most {MAX_POSES} poses, has {len(self.poses)}", ("poses",))
 
-    def __eq__(self, other: Any) -> bool:
-        """Return whether the other is the same way in the same frame, whenever it was made."""
-        if not isinstance(other, Path):
-            return NotImplemented
-        return self.frame == other.frame and np.array_equal(self.poses, other.poses)
+    @classmethod
+    def of(cls, stamp: Seconds, frame: str, rows: NDArray[np.float64]) -> Path:
+        """Return the path along rows (N, 3) of x (m), y (m) and yaw (rad)."""
+        return cls(stamp, frame, tuple(PlanarPose(x, y, yaw) for x, y, yaw in rows.tolist()))
 
-    def __hash__(self) -> int:
-        """Return the same number for equal paths."""
-        return hash((self.frame, self.poses.shape))
+    @property
+    def rows(self) -> NDArray[np.float64]:
+        """The poses as rows (N, 3) of x (m), y (m) and yaw (rad)."""
+        return np.array([(each.x, each.y, each.yaw) for each in self.poses], np.float64).reshape(-1, 3)
 
     def pose(self, index: int) -> FramedPose:
         """Return one of its poses; raises IndexError."""
-        x, y, yaw = self.poses[index].tolist()
-        return FramedPose(self.frame, Pose.planar(x, y, yaw))
+        each = self.poses[index]
+        return FramedPose(self.frame, Pose.planar(each.x, each.y, each.yaw))
 
 
 @message("regraft/ComputePathToPose")

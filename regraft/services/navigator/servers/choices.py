@@ -64,7 +64,7 @@ class FollowChoices:
             progress.restore(before.progress.snapshot())
             blocked.since = before.blocked.since
             sightless.since = before.sightless.since
-        return Following(goal.path.poses, controller(self.manoeuvres), check, progress, blocked, sightless)
+        return Following(goal.path.rows, controller(self.manoeuvres), check, progress, blocked, sightless)
 
 
 def _chosen(what: str, name: str, known: Mapping[str, V]) -> tuple[str, V]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 
 from regraft.bus_schema.messages.paths import Path
@@ -15,7 +13,7 @@ MAP_FRAME = "map"
 
 def path_of(stamp: float, points: FloatArray, yaw: float) -> Path:
     """Return the path through points (N, 2): each pose looks at the next one, the last along ``yaw`` (rad)."""
-    return Path(stamp, MAP_FRAME, np.column_stack([points, headings(points, yaw)]))
+    return Path.of(stamp, MAP_FRAME, np.column_stack([points, headings(points, yaw)]))
 
 
 def headings(points: FloatArray, yaw: float) -> FloatArray:
@@ -29,9 +27,8 @@ def headings(points: FloatArray, yaw: float) -> FloatArray:
 
 def joined(stamp: float, legs: list[Path]) -> Path:
     """Return the path along several, of which each begins where the one before ends."""
-    rows = [legs[0].poses] if legs else [np.empty((0, 3))]
-    rows += [after.poses[1:] for _, after in pairwise(legs)]
-    return Path(stamp, MAP_FRAME, np.concatenate(rows))
+    poses = [pose for number, leg in enumerate(legs) for pose in leg.poses[min(number, 1) :]]
+    return Path(stamp, MAP_FRAME, tuple(poses))
 
 
 def nearest_index(points: FloatArray, place: tuple[float, float]) -> int:

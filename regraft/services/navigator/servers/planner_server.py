@@ -103,7 +103,7 @@ class PlannerServer(MapUser):
             raise RequestRefused(why, RefusalCode.INVALID, field="layer")
         if self._surroundings.missing():
             return PathValidity(False, False)
-        points = request.path.poses[:, :2]
+        points = request.path.rows[:, :2]
         if not len(points):
             return PathValidity(True, False)
         first, end = ahead_of(points, self._surroundings.pose.position, request.max_lookahead_distance)
@@ -172,10 +172,10 @@ class PlannerServer(MapUser):
     def _smoothed(self, goal: SmoothPath, times: int) -> SmoothedPath:
         terrain = self._terrain("")
         ground = Ground(terrain, terrain.free)
-        points = goal.path.poses[:, :2]
+        points = goal.path.rows[:, :2]
         for _ in range(times):
             points = smooth(points, ground)
-        path = path_of(self.kit.now(), points, float(goal.path.poses[-1, 2]))
+        path = path_of(self.kit.now(), points, goal.path.poses[-1].yaw)
         touches = bool((self._costs(points, terrain)[1:-1] >= INSCRIBED).any())
         if goal.check_for_collisions and touches:
             why = "the smoothed path comes too close to an obstacle"

@@ -41,7 +41,7 @@ class FollowPathLeaf(ServerAction):
         if len(wanted.path.poses) and wanted != self._given:
             if self._asked is not None:
                 self._asked.forget()
-            self._asked = self.ask()
+            self._asked, self._feedback = self.ask(), None
             return RUNNING
         return super().on_running()
 

@@ -24,14 +24,14 @@ class TruncatePath(SyncAction):
     def tick(self) -> Status:
         """Write the shorter path."""
         path = path_at(self, "input_path")
-        poses = path.poses
+        poses = path.rows
         if len(poses):
             far = np.hypot(*(poses[:, :2] - poses[-1, :2]).T) >= self.distance
             last = max(int(np.flatnonzero(far)[-1]) if far.any() else 0, min(1, len(poses) - 1))
             cut = poses[: last + 1].copy()
             way = poses[-1, :2] - cut[-1, :2]
             cut[-1, 2] = math.atan2(way[1], way[0])
-            path = replace(path, poses=cut)
+            path = Path.of(path.stamp, path.frame, cut)
         write_if_connected(self, "output_path", path)
         return SUCCESS
 
@@ -67,9 +67,10 @@ class TruncatePathLocal(SyncAction):
         search = self.max_robot_pose_search_dist
         if not math.isfinite(search) or path != self._path:
             self._path, self._first = path, 0
-        along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path.poses[:, :2], axis=0).T))])
+        rows = path.rows
+        along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(rows[:, :2], axis=0).T))])
         end = int(np.searchsorted(along, along[self._first] + search, side="right"))
-        at = self._first + int(self._distances(path.poses[self._first : end], here.pose).argmin())
+        at = self._first + int(self._distances(rows[self._first : end], here.pose).argmin())
         self._first = at
         forward = self.distance_forward if self.distance_forward >= 0.0 else math.inf
         last = int(np.searchsorted(along, along[at] + forward, side="right"))
@@ -117,5 +118,5 @@ class ConcatenatePaths(SyncAction):
         if not len(first.poses) and not len(second.poses):
             return FAILURE
         head = first if len(first.poses) else second
-        write_if_connected(self, "output_path", replace(head, poses=np.concatenate([first.poses, second.poses])))
+        write_if_connected(self, "output_path", replace(head, poses=first.poses + second.poses))
         return SUCCESS
