@@ -4,43 +4,12 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from regraft import Input
-from regraft.bus_schema.messages.geometry import FramedPose, StampedPose
-from regraft.bus_schema.messages.maps import Goals
-from regraft.bus_schema.messages.motions import Selection
-from regraft.bus_schema.messages.power import ChargerState
-from regraft.bus_schema.messages.sensors import LaserScan, Odometry
 from regraft.services.bt_executor.blackboard_feed import REFLECTED, Reflected
 from regraft.services.bt_executor.executor import Executor
+from regraft.services.bt_executor.navigation_inputs import NAVIGATION, NavigationInputs
 
 
-def _pose(odometry: Odometry) -> FramedPose:
-    return FramedPose("map", odometry.pose)
-
-
-def _speed(odometry: Odometry) -> float:
-    return abs(odometry.twist.forward)
-
-
-def _received(odometry: Odometry) -> bool:
-    return True
-
-
-def _same(message: object) -> object:
-    return message
-
-
-NAVIGATION: tuple[Reflected, ...] = (
-    Reflected("odometry", "robot_pose", FramedPose, _pose),
-    Reflected("odometry", "robot_speed", float, _speed),
-    Reflected("odometry", "initial_pose_received", bool, _received),
-    Reflected("goal_update", "goal_update", StampedPose, _same),
-    Reflected("goals_update", "goals_update", Goals, _same),
-)
-"""Pose in the map, speed in m/s, whether the pose is known, and the goals that replace those of a mission."""
-
-
-class NavigationExecutor(Executor):
+class NavigationExecutor(NavigationInputs, Executor):
     """Runs missions that decide by where the robot is.
 
     Its root blackboard has ``robot_pose``, ``robot_speed`` and ``initial_pose_received`` besides the executor's
@@ -48,17 +17,3 @@ class NavigationExecutor(Executor):
     """
 
     reflected: ClassVar[tuple[Reflected, ...]] = (*REFLECTED, *NAVIGATION)
-
-    odometry = Input(Odometry, latest_only=True, description="for {@robot_pose} and {@robot_speed}")
-    scan = Input(LaserScan, latest_only=True, required=False, description="for TransformAvailable: its frames")
-    charger = Input(ChargerState, latest_only=True, required=False, description="for IsBatteryCharging")
-    goal_update = Input(StampedPose, latest_only=True, required=False, description="for GoalUpdater: a newer goal")
-    goals_update = Input(Goals, latest_only=True, required=False, description="for GoalUpdater: newer goals")
-    planner_selector = Input(Selection, latest_only=True, required=False, description="the planner to use")
-    controller_selector = Input(Selection, latest_only=True, required=False, description="the controller to use")
-    smoother_selector = Input(Selection, latest_only=True, required=False, description="the smoother to use")
-    goal_checker_selector = Input(Selection, latest_only=True, required=False, description="the goal checker to use")
-    progress_checker_selector = Input(
-        Selection, latest_only=True, required=False, description="the progress checker to use"
-    )
-    path_handler_selector = Input(Selection, latest_only=True, required=False, description="the path handler to use")

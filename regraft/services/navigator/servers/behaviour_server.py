@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from regraft import Input, action, service
 from regraft.bus_schema.messages import geometry
-from regraft.bus_schema.messages.motions import (
+from regraft.bus_schema.messages.nav2.motions import (
     ASSISTED_TELEOP,
     BACK_UP,
     DRIVE_ON_HEADING,

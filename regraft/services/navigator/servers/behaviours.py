@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
-from regraft.bus_schema.messages.motions import MotionError
+from regraft.bus_schema.messages.nav2.motions import MotionError
 from regraft.planar import Pose2D, Twist2D, wrap_angle
 from regraft.services.navigator.driving.local_controller import SLOWEST_TURN, Manoeuvres, Situation
 from regraft.services.navigator.servers.motion import Ended, Patience

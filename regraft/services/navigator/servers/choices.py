@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final, TypeVar
 
-from regraft.bus_schema.messages.paths import FollowPath
+from regraft.bus_schema.messages.nav2.paths import FollowPath
 from regraft.bus_schema.suggestions import near
 from regraft.services.navigator.driving.local_controller import Controller, Manoeuvres
 from regraft.services.navigator.driving.pursuit import PursuitController

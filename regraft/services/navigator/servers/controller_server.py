@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from regraft import Parameter, action, service
-from regraft.bus_schema.messages.motions import CancelGoals, GoalsCancelled
-from regraft.bus_schema.messages.paths import (
+from regraft.bus_schema.messages.nav2.motions import CancelGoals, GoalsCancelled
+from regraft.bus_schema.messages.nav2.paths import (
     ClearCostmap,
     CostmapCleared,
     FollowError,

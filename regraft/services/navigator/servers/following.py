@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from regraft.bus_schema.messages.geometry import FramedPose, Pose
-from regraft.bus_schema.messages.paths import FollowError, TrackingFeedback
+from regraft.bus_schema.messages.nav2.paths import FollowError, TrackingFeedback
 from regraft.planar import FloatArray, Pose2D, Twist2D, wrap_angle
 from regraft.services.navigator.driving.local_controller import Controller, Decision, Situation
 from regraft.services.navigator.driving.recovery import ProgressMonitor

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 from regraft import Output, Parameter, every
 from regraft.bus_schema.messages import geometry
-from regraft.bus_schema.messages.motions import GoalsCancelled
+from regraft.bus_schema.messages.nav2.motions import GoalsCancelled
 from regraft.planar import Twist2D
 from regraft.services import robot_parameters
 from regraft.services.navigator.driving.local_controller import Manoeuvres, Situation

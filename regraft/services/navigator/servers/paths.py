@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from regraft.bus_schema.messages.paths import Path
+from regraft.bus_schema.messages.nav2.paths import Path
 from regraft.planar import FloatArray
 from regraft.services.navigator.polyline import lengths_along
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from regraft import Parameter, RefusalCode, RequestRefused, action, every, service
 from regraft.bus_schema.messages.geometry import FramedPose
-from regraft.bus_schema.messages.paths import (
+from regraft.bus_schema.messages.nav2.paths import (
     MAX_GOALS,
     NO_VIAPOINTS,
     THROUGH_POSES,

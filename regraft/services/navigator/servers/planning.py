@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from regraft.bus_schema.messages.geometry import FramedPose
-from regraft.bus_schema.messages.paths import Path, PlanError
+from regraft.bus_schema.messages.nav2.paths import Path, PlanError
 from regraft.planar import FloatArray, Point, Pose2D
 from regraft.services.navigator.conversions import planar_pose
 from regraft.services.navigator.planning.grid_planner import NO_POINTS, GridPlanner, NoPath

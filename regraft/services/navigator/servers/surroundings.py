@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from regraft.bus_schema.messages import maps, sensors
 from regraft.bus_schema.messages.geometry import FramedPose
-from regraft.bus_schema.messages.paths import ClearCostmap
+from regraft.bus_schema.messages.nav2.paths import ClearCostmap
 from regraft.planar import FloatArray, Pose2D, Twist2D
 from regraft.services.navigator.conversions import grid_of, planar_pose, planar_twist, same_map, scan_of
 from regraft.services.navigator.planning.grid_planner import GridPlanner

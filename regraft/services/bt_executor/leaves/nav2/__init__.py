@@ -16,6 +16,7 @@ from regraft.services.bt_executor.leaves.nav2 import (
     path_editing,
     planning,
     robot_state,
+    routing,
     selectors,
 )
 from regraft.services.bt_executor.leaves.nav2.following import FollowPathLeaf
@@ -38,9 +39,11 @@ NAV2_LEAVES: Final[dict[str, type[Node]]] = {
     "ClearEntireCostmap": costmaps.ClearEntireCostmap,
     "ComputePathThroughPoses": planning.ComputePathThroughPosesLeaf,
     "ComputePathToPose": planning.ComputePathToPoseLeaf,
+    "ComputeRoute": routing.ComputeRouteLeaf,
     "ConcatenatePaths": path_editing.ConcatenatePaths,
     "ControllerSelector": selectors.ControllerSelector,
     "DriveOnHeading": behaviours.DriveOnHeadingLeaf,
+    "ExtractRouteNodesAsGoals": routing.ExtractRouteNodesAsGoals,
     "FollowPath": FollowPathLeaf,
     "GetCurrentPose": robot_state.GetCurrentPose,
     "GetNextFewGoals": goal_lists.GetNextFewGoals,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from behavior_tree import SUCCESS, Input, Status
-from regraft.bus_schema.messages.motions import (
+from regraft.bus_schema.messages.nav2.motions import (
     AssistedTeleop,
     CancelGoals,
     DriveStraight,
@@ -17,6 +17,7 @@ from regraft.bus_schema.messages.motions import (
 )
 from regraft.services.bt_executor.leaves.asking_leaf import Asking
 from regraft.services.bt_executor.leaves.context import Asked
+from regraft.services.bt_executor.leaves.nav2.recoveries import count_recovery
 from regraft.services.bt_executor.leaves.nav2.server_leaf import PATIENCE, ServerAction
 
 ALLOWANCE = "seconds until it counts as failed; 0 is no limit"
@@ -38,11 +39,13 @@ class SpinLeaf(_Behaviour):
 
     spin_dist = Input(float, default=1.57, description="radians, to the left where positive")
     time_allowance = Input(float, default=10.0, description=ALLOWANCE)
-    is_recovery = Input(bool, default=True, description="for Nav2's count of recoveries, not used here")
+    is_recovery = Input(bool, default=True, description="whether it counts as a recovery")
     disable_collision_checks = Input(bool, default=False, description=CHECKS)
 
     def ask(self) -> Asked[Any]:
         """Give the goal."""
+        if self.is_recovery:
+            count_recovery(self)
         goal = Spin(self.spin_dist, self.time_allowance, self.disable_collision_checks)
         return self.give(goal, MotionDone, MotionProgress)
 
@@ -59,6 +62,7 @@ class BackUpLeaf(_Behaviour):
 
     def ask(self) -> Asked[Any]:
         """Give the goal."""
+        count_recovery(self)
         goal = DriveStraight(self.backup_dist, self.backup_speed, self.time_allowance, self.disable_collision_checks)
         return self.give(goal, MotionDone, MotionProgress)
 
@@ -88,6 +92,7 @@ class WaitLeaf(_Behaviour):
 
     def ask(self) -> Asked[Any]:
         """Give the goal."""
+        count_recovery(self)
         return self.give(Wait(self.wait_duration), MotionDone, MotionProgress)
 
 
@@ -96,11 +101,13 @@ class AssistedTeleopLeaf(_Behaviour):
 
     server, unknown = "assisted_teleop", 730
 
-    is_recovery = Input(bool, default=False, description="for Nav2's count of recoveries, not used here")
+    is_recovery = Input(bool, default=False, description="whether it counts as a recovery")
     time_allowance = Input(float, default=10.0, description=ALLOWANCE)
 
     def ask(self) -> Asked[Any]:
         """Give the goal."""
+        if self.is_recovery:
+            count_recovery(self)
         return self.give(AssistedTeleop(self.time_allowance), MotionDone, MotionProgress)
 
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from behavior_tree import SUCCESS, Input, Output, Status
-from regraft.bus_schema.messages.paths import ClearCostmap, CostmapCleared, Costs, GetCosts
+from regraft.bus_schema.messages.nav2.paths import ClearCostmap, CostmapCleared, Costs, GetCosts
 from regraft.services.bt_executor.leaves.asking_leaf import write_if_connected
 from regraft.services.bt_executor.leaves.context import Asked
 from regraft.services.bt_executor.leaves.nav2.poses import goals_of, pose_at, pose_of
+from regraft.services.bt_executor.leaves.nav2.recoveries import count_recovery
 from regraft.services.bt_executor.leaves.nav2.server_leaf import ServerCall
 from regraft.services.bt_executor.leaves.nav2.waypoints import marked
 
@@ -26,6 +27,7 @@ class ClearEntireCostmap(ServerCall):
 
     def ask(self) -> Asked[Any]:
         """Call the service."""
+        count_recovery(self)
         return self.call(self.request(), CostmapCleared)
 
     def request(self) -> ClearCostmap:

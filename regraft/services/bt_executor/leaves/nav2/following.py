@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from behavior_tree import RUNNING, Input, NodeSetup, Output, Status
-from regraft.bus_schema.messages.paths import FollowError, FollowPath, Path, PathFollowed, TrackingFeedback
+from regraft.bus_schema.messages.nav2.paths import FollowError, FollowPath, Path, PathFollowed, TrackingFeedback
 from regraft.services.bt_executor.leaves.asking_leaf import write_if_connected
 from regraft.services.bt_executor.leaves.context import Asked, LeafContext
 from regraft.services.bt_executor.leaves.nav2.poses import path_at

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from behavior_tree import Input, Status
-from regraft.bus_schema.messages.navigate import (
+from regraft.bus_schema.messages.nav2.navigate import (
     Navigated,
     NavigateThroughPoses,
     NavigateToPose,

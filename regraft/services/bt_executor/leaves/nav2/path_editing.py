@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from behavior_tree import FAILURE, SUCCESS, Input, Node, NodeSetup, Output, Status, SyncAction
-from regraft.bus_schema.messages.paths import Path
+from regraft.bus_schema.messages.nav2.paths import Path
 from regraft.services.bt_executor.leaves.asking_leaf import require_ports, write_if_connected
 from regraft.services.bt_executor.leaves.nav2.poses import path_at, pose_at_or_none
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from behavior_tree import SUCCESS, Input, Output, Status
 from regraft.bus_schema.messages.geometry import FramedPose
-from regraft.bus_schema.messages.paths import (
+from regraft.bus_schema.messages.nav2.paths import (
     ComputedPath,
     ComputePathThroughPoses,
     ComputePathToPose,

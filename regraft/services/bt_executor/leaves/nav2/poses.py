@@ -9,7 +9,7 @@ from typing import Any
 from behavior_tree import Node
 from regraft.bus_schema.messages.geometry import FramedPose, Pose, StampedPose
 from regraft.bus_schema.messages.maps import Goals, NamedGoal
-from regraft.bus_schema.messages.paths import Path
+from regraft.bus_schema.messages.nav2.paths import Path
 
 MAP_FRAME = "map"
 POSE = "it must hold a goal, a pose, or numbers: x;y or x;y;yaw"

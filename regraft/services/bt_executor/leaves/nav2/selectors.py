@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from behavior_tree import FAILURE, SUCCESS, Input, Node, NodeSetup, Output, Status, SyncAction
-from regraft.bus_schema.messages.motions import Selection
+from regraft.bus_schema.messages.nav2.motions import Selection
 from regraft.services.bt_executor.leaves.asking_leaf import write_if_connected
 from regraft.services.bt_executor.leaves.context import LeafContext, NoSuchInput
 

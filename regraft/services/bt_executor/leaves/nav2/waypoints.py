@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from regraft.bus_schema.messages.navigate import WaypointState, WaypointStatus
+from regraft.bus_schema.messages.nav2.navigate import WaypointState, WaypointStatus
 from regraft.services.bt_executor.leaves.nav2.poses import pose_of
 
 

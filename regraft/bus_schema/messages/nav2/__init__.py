@@ -1,0 +1,1 @@
+"""What Nav2's servers are asked and answer: paths, motions, whole drives, routes."""

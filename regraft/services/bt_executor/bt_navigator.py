@@ -1,0 +1,203 @@
+"""Nav2's navigator: whole drives as actions, each by a behaviour tree."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from behavior_tree import RUNNING, SUCCESS, Blackboard, NodeError, Registry, Status, Tree
+from regraft import Input, Parameter, RefusalCode, RequestRefused, action
+from regraft.bus_schema.messages.nav2.navigate import (
+    Navigated,
+    NavigateError,
+    NavigateThroughPoses,
+    NavigateToPose,
+    NavigationFeedback,
+    WaypointState,
+    WaypointStatus,
+)
+from regraft.bus_schema.messages.power import BatteryState
+from regraft.bus_schema.messages.reflection import ReflectedEntries
+from regraft.bus_schema.model.description import Resources
+from regraft.services.bt_executor.blackboard_feed import BlackboardFeed, Reflected
+from regraft.services.bt_executor.leaves.context import LeafContext
+from regraft.services.bt_executor.leaves.nav2.recoveries import ENTRY
+from regraft.services.bt_executor.navigation_inputs import NAVIGATION, NavigationInputs
+from regraft.services.bt_executor.node_types import node_types
+from regraft.services.bt_executor.source import Source, Unloadable
+
+PERIOD = 0.05
+"""s between ticks; an answer is looked at in the next one."""
+FEEDBACK_INTERVAL = 0.5
+SOON = 0.001
+MAX_TICKS_AT_ONCE = 100
+THROUGH_POSES = 100
+"""By how much the error codes of drives through poses are higher than `NavigateError`."""
+CODE, TEXT = "_error_code", "_error_msg"
+"""The endings of entries in which a tree keeps its leaves' errors."""
+
+Entries = dict[str, Any]
+
+
+@dataclass(slots=True)
+class _Drive:
+    """A tree that drives, and the file that it is from."""
+
+    file: Path
+    tree: Tree
+    started: float
+    left_at: float | None = None
+    """When (s) its goal was ended; a newer goal takes the tree over at that moment, or it is halted."""
+
+
+class BtNavigator(NavigationInputs):
+    """Drives to goals by behaviour trees such as Nav2's, which ask other components to plan and to move.
+
+    A goal may name another tree of the folder that the default is in. A newer goal for the same tree changes the entry
+    ``goal`` or ``goals`` of the tree that runs, without a stop; one for another tree halts it. The result has the
+    lowest error code that the tree has left in entries such as ``follow_path_error_code``.
+    """
+
+    resources = Resources(cpu=0.03, memory=25.0)
+    handler_timeout = 3.0  # a tree as large as may be takes that long to load
+
+    to_pose_tree = Parameter("", "the file with the tree for one pose", unit="path", exists=True)
+    through_poses_tree = Parameter("", "the file with the tree for several poses", unit="path", exists=True)
+    nodes = Parameter("", "further node types, as for the executor", read_only=True)
+
+    battery = Input(BatteryState, latest_only=True, required=False, description="for IsBatteryLow")
+    reflection = Input(
+        ReflectedEntries, latest_only=True, required=False, description="for the entries that the stack maps"
+    )
+
+    def on_configure(self) -> None:
+        """Learn the node types."""
+        self._registry: Registry = node_types(LeafContext(self.kit, lambda: None), self.nodes.split())
+        self._feed = BlackboardFeed(self.kit.inputs, _REFLECTED, self.kit.event)
+        self._left: _Drive | None = None
+
+    @action("navigate_to_pose", feedback=NavigationFeedback)
+    async def navigate_to_pose(self, goal: NavigateToPose) -> Navigated:
+        """Drive to a pose."""
+        return await self._navigate(self.to_pose_tree, goal.behavior_tree, {"goal": goal.pose}, 0)
+
+    @action("navigate_through_poses", feedback=NavigationFeedback)
+    async def navigate_through_poses(self, goal: NavigateThroughPoses) -> Navigated:
+        """Drive through poses to the last of them."""
+        if not goal.poses:
+            raise RequestRefused("must have at least one pose", RefusalCode.INVALID, field="poses")
+        statuses = [WaypointStatus(index, pose) for index, pose in enumerate(goal.poses)]
+        entries = {"goals": list(goal.poses), "goal": goal.poses[-1], "waypoint_statuses": statuses}
+        return await self._navigate(self.through_poses_tree, goal.behavior_tree, entries, THROUGH_POSES)
+
+    async def _navigate(self, default: str, wanted: str, entries: Entries, offset: int) -> Navigated:
+        try:
+            drive = self._drive(self._file(default, wanted), entries)
+        except Unloadable as error:
+            return Navigated(int(NavigateError.BAD_TREE) + offset, str(error))
+        try:
+            status = await self._run(drive)
+        except NodeError as error:
+            self._halt(drive)
+            return Navigated(int(NavigateError.UNKNOWN) + offset, str(error))
+        finally:
+            self._leave(drive)
+        return _result(drive.tree.blackboard, status, offset)
+
+    def _file(self, default: str, wanted: str) -> Path:
+        """Return the tree's file; raises Unloadable unless it is in the folder of the default."""
+        if not default:
+            raise Unloadable("there is no default tree: set the parameter 'to_pose_tree' or 'through_poses_tree'")
+        folder = Path(default).resolve().parent
+        file = (folder / (wanted or Path(default).name)).resolve()
+        if file.parent != folder:
+            raise Unloadable(f"behavior_tree: '{wanted}' must be a file in the folder '{folder}'")
+        return file
+
+    def _drive(self, file: Path, entries: Entries) -> _Drive:
+        """Return the tree with the entries: that of the goal before, or another one. Raises Unloadable."""
+        left, self._left = self._left, None
+        if left is not None and left.file == file and left.left_at == self.kit.now():
+            drive = replace(left, left_at=None)
+        else:
+            if left is not None:
+                self._halt(left)
+            board = Blackboard(clock=self.kit)
+            self._feed.declare(board)
+            for key in entries:
+                board.declare(key)
+            drive = _Drive(file, Source(str(file)).load(self._registry, board), self.kit.now())
+            board.set(ENTRY, 0)
+        for key, value in entries.items():
+            drive.tree.blackboard.set(key, value)
+        return drive
+
+    async def _run(self, drive: _Drive) -> Status:
+        """Tick the tree until it is done, and report feedback."""
+        told = self.kit.now()
+        while True:
+            self._feed.update(drive.tree.blackboard)
+            status = drive.tree.tick_once(MAX_TICKS_AT_ONCE)
+            if status != RUNNING:
+                return status
+            await self.kit.sleep(PERIOD)
+            if self.kit.now() - told >= FEEDBACK_INTERVAL:
+                told = self.kit.now()
+                self.kit.feedback(_feedback(drive, told))
+
+    def _leave(self, drive: _Drive) -> None:
+        """Keep a tree that still runs for a newer goal, which comes at this moment or not at all."""
+        if any(node.status == RUNNING for node in drive.tree.nodes):
+            self._left = left = replace(drive, left_at=self.kit.now())
+            self.kit.spawn(self._halt_soon(left), "halt of a tree")
+
+    async def _halt_soon(self, left: _Drive) -> None:
+        """Halt a tree whose goal was cancelled, unless a newer goal takes it over."""
+        await self.kit.sleep(SOON)
+        if self._left is left:
+            self._left = None
+            self._halt(left)
+
+    def on_deactivate(self) -> None:
+        """Halt the tree, which cancels its goals."""
+        if self._left is not None:
+            self._halt(self._left)
+            self._left = None
+
+    def _halt(self, drive: _Drive) -> None:
+        drive.tree.halt_tree()
+
+
+_REFLECTED: tuple[Reflected, ...] = NAVIGATION
+
+
+def _feedback(drive: _Drive, now: float) -> NavigationFeedback:
+    board = drive.tree.blackboard
+    tracking = _value(board, "tracking_feedback")
+    left = getattr(tracking, "remaining_path_length", 0.0)
+    goals = _value(board, "goals") or ()
+    return NavigationFeedback(_value(board, "robot_pose"), now - drive.started, left, _value(board, ENTRY), len(goals))
+
+
+def _result(board: Blackboard, status: Status, offset: int) -> Navigated:
+    statuses: list[WaypointStatus] = _value(board, "waypoint_statuses") or []
+    if status == SUCCESS:
+        done = (replace(each, status=_done(each.status)) for each in statuses)
+        return Navigated(waypoint_statuses=tuple(done))
+    codes = {}
+    for key, code in board.dump().items():
+        if key.endswith(CODE) and isinstance(code, int) and code > 0:
+            codes[code] = _value(board, key.removesuffix(CODE) + TEXT) or ""
+    if not codes:
+        return Navigated(int(NavigateError.UNKNOWN) + offset, "the tree has failed", tuple(statuses))
+    return Navigated(min(codes), codes[min(codes)], tuple(statuses))
+
+
+def _done(state: WaypointState) -> WaypointState:
+    return WaypointState.COMPLETED if state is WaypointState.PENDING else state
+
+
+def _value(board: Blackboard, key: str) -> Any:
+    entry = board.find(key)
+    return entry.value if entry else None
