@@ -5,6 +5,7 @@ from typing import Any
 from ..nodes.decorator import Decorator
 from ..nodes.node import Node, NodeSetup
 from ..nodes.ports import Input, Output
+from ..nodes.text import board_key
 from ..status import IDLE, RUNNING, Status
 from .geometry import poses_of, same, stamp_of
 
@@ -81,5 +82,11 @@ def _members(goals: Any) -> Any:
 
 
 def _write(node: Node, port: str, value: Any) -> None:
-    if value is not None and port in node.setup.writers:
-        node.write_port(port, value)
+    """Write an output; a goal that was received may be of another type than the one given."""
+    if value is None or port not in node.setup.writers:
+        return
+    key = board_key(node.setup.attributes[port], port)
+    entry = node.blackboard.find(key) if key else None
+    if entry is not None and entry.value is not None and not isinstance(value, type(entry.value)):
+        entry.type = None
+    node.write_port(port, value)

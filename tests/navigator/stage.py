@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -12,9 +13,9 @@ from regraft.bus_schema.messages import geometry, maps, sensors
 from regraft.bus_schema.messages.geometry import FramedPose, Twist
 from regraft.bus_schema.messages.health import Diagnostic
 from regraft.bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
+from regraft.component.component import Component
 from regraft.component.goal import Goal
 from regraft.planar import Pose2D
-from regraft.services.navigator.navigator import Navigator
 from regraft.services.navigator.planning.grid import OccupancyGrid
 from regraft.services.navigator.sensing.scan import Scan
 from regraft.testing import Rig
@@ -42,7 +43,7 @@ class Stage:
     """What surrounds the navigator. Time passes by `run`; what fails is set on the fields."""
 
     rig: Rig
-    navigator: Navigator
+    navigator: Component
     robot: Robot
     commands: list[Twist]
     diagnostics: list[Diagnostic]
@@ -60,10 +61,17 @@ class Stage:
     _scanned_at: float = -1.0
 
     @classmethod
-    def of(cls, rig: Rig, kind: type[Navigator], start: Pose2D, boxes: list[Box] | None = None) -> Stage:
+    def of(
+        cls,
+        rig: Rig,
+        kind: type[Component],
+        start: Pose2D,
+        boxes: list[Box] | None = None,
+        parameters: dict[str, Any] | None = None,
+    ) -> Stage:
         """Put a navigator and a robot into a room of which the map is known."""
         robot = Robot(start, ROOM if boxes is None else boxes)
-        navigator = rig.add(kind, "navigator")
+        navigator = rig.add(kind, "navigator", parameters)
         diagnostics: list[Diagnostic] = []
         rig.bus.subscribe(
             rig.keys.diagnostics, lambda sample: diagnostics.append(codec.decode(sample.payload, Diagnostic))

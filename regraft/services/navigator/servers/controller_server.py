@@ -49,7 +49,7 @@ class ControllerServer(BehaviourServer):
         except ValueError as error:
             return PathFollowed(int(FollowError.NO_POSE), str(error))
         ended = await self._carry_out("follow_path", following, self._tracking)
-        return PathFollowed(ended.code, ended.why, ended.cancelled)
+        return PathFollowed(int(ended.code), ended.why, ended.cancelled)
 
     @service("follow_path/cancel")
     def cancel_follow_path(self, request: CancelGoals) -> GoalsCancelled:

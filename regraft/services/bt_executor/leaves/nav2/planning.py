@@ -61,7 +61,7 @@ class ComputePathToPoseLeaf(_PathLeaf):
     def ask(self) -> Asked[Any]:
         """Give the goal."""
         viapoints = tuple(map(pose_of, goals_of(self.read_port_or("viapoints"))))
-        goal = ComputePathToPose(pose_at(self, "goal"), self._start(), viapoints, self.planner_id)
+        goal = ComputePathToPose(pose_at(self, "goal"), self._start(), viapoints, self.read_port_or("planner_id", ""))
         return self.give(goal, ComputedPath)
 
     def _start(self) -> FramedPose | None:
@@ -83,7 +83,7 @@ class ComputePathThroughPosesLeaf(_PathLeaf):
     def ask(self) -> Asked[Any]:
         """Give the goal."""
         goals = tuple(map(pose_of, goals_of(self.read_port_or("goals"))))
-        goal = ComputePathThroughPoses(goals, pose_at_or_none(self, "start"), self.planner_id)
+        goal = ComputePathThroughPoses(goals, pose_at_or_none(self, "start"), self.read_port_or("planner_id", ""))
         write_if_connected(self, "last_reached_index", -1)
         return self.give(goal, ComputedPath)
 
@@ -106,7 +106,9 @@ class SmoothPathLeaf(ServerAction):
     def ask(self) -> Asked[Any]:
         """Give the goal."""
         path = path_at(self, "unsmoothed_path")
-        goal = SmoothPath(path, self.smoother_id, self.max_smoothing_duration, self.check_for_collisions)
+        goal = SmoothPath(
+            path, self.read_port_or("smoother_id", ""), self.max_smoothing_duration, self.check_for_collisions
+        )
         return self.give(goal, SmoothedPath)
 
     def answered(self, answer: SmoothedPath) -> Status:
