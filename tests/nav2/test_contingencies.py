@@ -67,8 +67,8 @@ def test_a_passage_that_stays_blocked_ends_in_failure_after_all_recoveries(corri
         recoveries |= {name for name in ("Spin", "Wait", "BackUp") if corridor.ticked(f"{name}::")}
     assert corridor.state() is MissionState.FAILED
     assert recoveries == {"Wait", "BackUp"}, "there is no room to spin"
-    assert corridor.value("compute_path_error_code") == PlanError.NO_VALID_PATH
-    assert "no path" in corridor.value("compute_path_error_msg")
+    assert corridor.value("follow_path_error_code") == FollowError.PATIENCE_EXCEEDED
+    assert "obstacles block the path" in corridor.value("follow_path_error_msg")
     assert corridor.collisions == 0
 
 

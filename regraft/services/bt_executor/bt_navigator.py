@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from behavior_tree import RUNNING, SUCCESS, Blackboard, NodeError, Registry, Status, Tree
-from regraft import Input, Parameter, RefusalCode, RequestRefused, action
+from regraft import Cancelled, Input, Parameter, RefusalCode, RequestRefused, action
 from regraft.bus_schema.messages.nav2.navigate import (
     Navigated,
     NavigateError,
@@ -64,6 +64,7 @@ class BtNavigator(NavigationInputs):
 
     to_pose_tree = Parameter("", "the file with the tree for one pose", unit="path", exists=True)
     through_poses_tree = Parameter("", "the file with the tree for several poses", unit="path", exists=True)
+    ready_within = Parameter(5.0, "how long a goal waits for the first odometry", minimum=0.0, unit="s")
     nodes = Parameter("", "further node types, as for the executor", read_only=True)
 
     battery = Input(BatteryState, latest_only=True, required=False, description="for IsBatteryLow")
@@ -76,6 +77,11 @@ class BtNavigator(NavigationInputs):
         self._registry: Registry = node_types(LeafContext(self.kit, lambda: None), self.nodes.split())
         self._feed = BlackboardFeed(self.kit.inputs, _REFLECTED, self.kit.event)
         self._left: _Drive | None = None
+        self._is_active = False
+
+    def on_activate(self) -> None:
+        """Take goals."""
+        self._is_active = True
 
     @action("navigate_to_pose", feedback=NavigationFeedback)
     async def navigate_to_pose(self, goal: NavigateToPose) -> Navigated:
@@ -92,6 +98,12 @@ class BtNavigator(NavigationInputs):
         return await self._navigate(self.through_poses_tree, goal.behavior_tree, entries, THROUGH_POSES)
 
     async def _navigate(self, default: str, wanted: str, entries: Entries, offset: int) -> Navigated:
+        deadline = self.kit.now() + self.ready_within
+        while self.odometry.latest is None:
+            if self.kit.now() >= deadline:
+                why = f"no odometry has come within {self.ready_within:g} s"
+                return Navigated(int(NavigateError.NO_POSE) + offset, why)
+            await self.kit.sleep(PERIOD)
         try:
             drive = self._drive(self._file(default, wanted), entries)
         except Unloadable as error:
@@ -101,8 +113,9 @@ class BtNavigator(NavigationInputs):
         except NodeError as error:
             self._halt(drive)
             return Navigated(int(NavigateError.UNKNOWN) + offset, str(error))
-        finally:
+        except Cancelled:
             self._leave(drive)
+            raise
         return _result(drive.tree.blackboard, status, offset)
 
     def _file(self, default: str, wanted: str) -> Path:
@@ -148,9 +161,11 @@ class BtNavigator(NavigationInputs):
 
     def _leave(self, drive: _Drive) -> None:
         """Keep a tree that still runs for a newer goal, which comes at this moment or not at all."""
-        if any(node.status == RUNNING for node in drive.tree.nodes):
-            self._left = left = replace(drive, left_at=self.kit.now())
-            self.kit.spawn(self._halt_soon(left), "halt of a tree")
+        if not self._is_active:
+            self._halt(drive)
+            return
+        self._left = left = replace(drive, left_at=self.kit.now())
+        self.kit.spawn(self._halt_soon(left), "halt of a tree")
 
     async def _halt_soon(self, left: _Drive) -> None:
         """Halt a tree whose goal was cancelled, unless a newer goal takes it over."""
@@ -161,6 +176,7 @@ class BtNavigator(NavigationInputs):
 
     def on_deactivate(self) -> None:
         """Halt the tree, which cancels its goals."""
+        self._is_active = False
         if self._left is not None:
             self._halt(self._left)
             self._left = None
