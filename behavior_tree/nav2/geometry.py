@@ -1,7 +1,7 @@
 """The view that Nav2's decorators have of poses, goals and paths, in messages of any form.
 
 - A position (m) is the first of ``pose``, ``position``, and ``x`` and ``y``, in an object or mapping. In a sequence it
-  is the first two numbers.
+  is the first two numbers, in a text ``1.0;2.0`` also.
 - A stamp is found in ``header`` and ``stamp``, as seconds or as ``sec`` and ``nanosec``; 0 where there is none.
 - A path is a sequence of poses, or has one in ``poses`` or ``points``.
 """
@@ -24,6 +24,8 @@ def position_of(pose: Any) -> Position:
     for name in ("pose", "pose", "position"):  # a named goal has a pose with a frame, which has a pose
         inner = _part(place, name)
         place = place if inner is None else inner
+    if isinstance(place, str):
+        place = place.split(";")
     x, y = _part(place, "x"), _part(place, "y")
     if x is None and not isinstance(place, str | Mapping) and hasattr(place, "__getitem__"):
         try:

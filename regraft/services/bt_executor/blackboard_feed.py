@@ -113,7 +113,7 @@ class BlackboardFeed:
     def _look(self) -> None:
         """Take what the inputs have; of an entry that is mapped too, the mapping holds."""
         for own in self._reflected:
-            message = self._news(own.input)
+            message = self._news(own)
             if message is not None:
                 port = self._inputs[own.input]
                 sequence = port.envelope.sequence if port.envelope else 0
@@ -124,12 +124,12 @@ class BlackboardFeed:
             if entry.stamp is not None or entry.key not in self._entries:
                 self._entries[entry.key] = entry
 
-    def _news(self, name: str) -> Any:
-        """Return an input's message if it has not been returned before."""
-        message = self._inputs[name].latest
-        if message is None or message is self._seen.get(name):
+    def _news(self, own: Reflected) -> Any:
+        """Return the message of an entry's input if it has not been returned for that entry before."""
+        message = self._inputs[own.input].latest
+        if message is None or message is self._seen.get(own.key):
             return None
-        self._seen[name] = message
+        self._seen[own.key] = message
         return message
 
     def _write(self, board: Blackboard, entry: ReflectedEntry, now: float) -> None:

@@ -25,6 +25,7 @@ from regraft.services.bt_executor.leaves.goals import GetGoals, NextGoal, PutGoa
 from regraft.services.bt_executor.leaves.nav2 import NAV2_LEAVES
 from regraft.services.bt_executor.leaves.navigate_to import NavigateToGoal
 from regraft.services.bt_executor.leaves.say import Say
+from regraft.services.bt_executor.leaves.wait_for_condition import WaitForCondition
 from regraft.services.bt_executor.leaves.wait_for_topic import WaitForTopic
 from regraft.services.bt_executor.quality.from_xml import PlainSystemQR, PlainTaskQR
 
@@ -45,6 +46,7 @@ NODE_TYPES: Final[dict[str, type[Node]]] = {
     "SystemLevelQR": PlainSystemQR,
     "TakeGoal": TakeGoal,
     "TaskLevelQR": PlainTaskQR,
+    "WaitForCondition": WaitForCondition,
     "WaitForTopic": WaitForTopic,
     **{cls.__name__: cls for cls in ADAPT_DECORATORS},
 }
