@@ -52,7 +52,10 @@ class PathExpiringTimer(Condition):
 
 
 class DistanceTraveled(Condition):
-    """Holds once whenever the robot has moved so far, as the crow flies, since the start or since it last held."""
+    """Holds once whenever the robot has moved so far since the start or since it last held.
+
+    The distance is as the crow flies.
+    """
 
     distance = Input(float, default=1.0, description="in metres")
     global_frame = Input(str, default="", description="for the pose's source, not used here")

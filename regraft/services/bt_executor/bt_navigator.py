@@ -54,9 +54,9 @@ class _Drive:
 class BtNavigator(NavigationInputs):
     """Drives to goals by behaviour trees such as Nav2's, which ask other components to plan and to move.
 
-    A goal may name another tree of the folder that the default is in. A newer goal for the same tree changes the entry
-    ``goal`` or ``goals`` of the tree that runs, without a stop; one for another tree halts it. The result has the
-    lowest error code that the tree has left in entries such as ``follow_path_error_code``.
+    A goal may name another tree of the folder that the default is in. A newer goal for the same tree changes its
+    entry ``goal`` or ``goals``, without a stop. One for another tree halts it. The result has the lowest error code
+    that the tree has left in entries such as ``follow_path_error_code``.
     """
 
     resources = Resources(cpu=0.03, memory=25.0)

@@ -1,4 +1,4 @@
-"""What trees that navigate read: where the robot is, what is selected, and newer goals."""
+"""The inputs of trees that navigate: where the robot is, what is selected, and newer goals."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ NAVIGATION: tuple[Reflected, ...] = (
     Reflected("goal_update", "goal_update", StampedPose, _same),
     Reflected("goals_update", "goals_update", Goals, _same),
 )
-"""Pose in the map, speed in m/s, whether the pose is known, and the goals that replace those of a mission."""
+"""Pose in the map, speed in m/s, whether the pose is known, and goals that replace a mission's."""
 
 
 class NavigationInputs(Component):

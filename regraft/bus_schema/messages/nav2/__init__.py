@@ -1,1 +1,1 @@
-"""What Nav2's servers are asked and answer: paths, motions, whole drives, routes."""
+"""The requests and answers of Nav2's servers: paths, motions, whole drives, routes."""

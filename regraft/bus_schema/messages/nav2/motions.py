@@ -13,7 +13,7 @@ from regraft.bus_schema.encoding.registry import message
 
 
 class MotionError(IntEnum):
-    """What can go wrong; each motion has its own codes for it: `SPIN` and so on."""
+    """The ways to fail; each motion has its own codes for them: `SPIN` and so on."""
 
     UNKNOWN = 0
     TIMEOUT = 1

@@ -49,8 +49,8 @@ class FollowChoices:
     ) -> Following:
         """Return the motion that a goal asks for; raises BadChoice.
 
-        ``before`` is the motion along another path that it replaces. The time without progress goes on: a robot that
-        is given a path each second can be stuck nevertheless.
+        ``before`` is the motion along another path that it replaces. The time without progress continues: a robot
+        that is given a path each second can be stuck nevertheless.
         """
         _, controller = _chosen("controller", goal.controller, CONTROLLERS)
         checker, _ = _chosen("goal checker", goal.goal_checker, dict.fromkeys(GOAL_CHECKERS))

@@ -27,7 +27,7 @@ BORDER: Final = 0.04
 def costs_of(points: FloatArray, terrain: Terrain, half_width: float, fades: float) -> FloatArray:
     """Return the cost at each of (N, 2) points; a place beyond the map is unknown.
 
-    ``half_width`` (m) is how far the robot reaches to each side, ``fades`` (m) how far away an obstacle has no cost.
+    ``half_width`` (m) is how far the robot reaches to each side. An obstacle farther than ``fades`` (m) has no cost.
     """
     grid = terrain.grid
     rows, columns = grid.cells_of(points)

@@ -1,4 +1,4 @@
-"""What a server knows: the map, where the robot is, and what stands around it."""
+"""A server's knowledge: the map, where the robot is, and what stands around it."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Surroundings:
 
     @property
     def planner(self) -> GridPlanner:
-        """What plans on the map; raises LookupError before the first map."""
+        """The planner on the map; raises LookupError before the first map."""
         if self._planner is None:
             raise LookupError("no usable map has come")
         return self._planner

@@ -14,7 +14,7 @@ from regraft.services.bt_executor.leaves.nav2.waypoints import marked
 class RemovePassedGoals(SyncAction):
     """Takes the first goals out of a list while the robot is near them; the last one always stays.
 
-    It fails while the robot's pose is unknown, and where a goal is not among the waypoints whose statuses are given.
+    It fails while the robot's pose is unknown. It also fails where a goal is not among the waypoints that are given.
     """
 
     radius = Input(float, default=0.5, description="how near, in metres")

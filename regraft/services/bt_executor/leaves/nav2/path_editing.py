@@ -85,7 +85,7 @@ class TruncatePathLocal(SyncAction):
 
 
 class GetPoseFromPath(SyncAction):
-    """Takes one pose of a path; fails if there is none of that index."""
+    """Takes one pose of a path; fails if the path has no such index."""
 
     looked_into = Input[Any](name="path", description="the path")
     index = Input(int, default=0, description="0 for the first, -1 for the last")

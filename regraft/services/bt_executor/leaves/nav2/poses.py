@@ -19,7 +19,7 @@ def pose_of(value: Any) -> FramedPose:
     """Return a pose from a message, from numbers ``[x, y, yaw]`` (m, rad; yaw may be missing), or from a text of these.
 
     Raises:
-        ValueError: it is none of these.
+        ValueError: it has another form.
     """
     if isinstance(value, NamedGoal):
         return value.pose

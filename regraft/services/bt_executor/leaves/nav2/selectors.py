@@ -16,7 +16,7 @@ class _Selector(SyncAction):
     ``topic_name`` is an input of the executor. An executor that has no such input keeps to the default.
 
     Attributes:
-        subject: What is chosen; ports are named after it.
+        subject: The kind of thing to choose; ports are named after it.
     """
 
     subject: ClassVar[str]
