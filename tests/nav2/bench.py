@@ -21,7 +21,7 @@ from regraft.bus_schema.messages.nav2.paths import ComputedPath, ComputePathToPo
 from regraft.component.component import Component
 from regraft.component.goal import Goal
 from regraft.planar import Pose2D
-from regraft.services.bt_executor.navigation_executor import NavigationExecutor
+from regraft.services.bt_executor.navigation.navigation_executor import NavigationExecutor
 from regraft.services.navigator.servers.controller_server import ControllerServer
 from regraft.services.navigator.servers.planner_server import PlannerServer
 from regraft.testing import Rig

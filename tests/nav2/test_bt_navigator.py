@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -19,7 +20,8 @@ from regraft.bus_schema.messages.nav2.navigate import (
     WaypointState,
 )
 from regraft.bus_schema.messages.nav2.paths import PlanError
-from regraft.services.bt_executor.bt_navigator import BtNavigator
+from regraft.component.goal import Goal
+from regraft.services.bt_executor.navigation.bt_navigator import BtNavigator
 from regraft.testing import Rig
 
 from .bench import TREES, Bench, add, framed
@@ -120,7 +122,7 @@ def test_a_tree_that_cannot_be_loaded_is_reported(bench: Bench, name: str, why: 
 def test_a_goal_without_odometry_fails_in_time() -> None:
     with Rig() as rig:
         add(rig, BtNavigator, "bt_navigator", to_pose_tree=str(TREES / DEFAULT), ready_within=1.0)
-        goal = rig.goal("navigate_to_pose", NavigateToPose(framed(3.4, 2.0)), Navigated)
+        goal: Goal[Navigated, Any] = rig.goal("navigate_to_pose", NavigateToPose(framed(3.4, 2.0)), Navigated)
         rig.advance(1.2)
         assert goal.result is not None
         assert goal.result.error_code == NavigateError.NO_POSE

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,6 +29,7 @@ from regraft.bus_schema.messages.nav2.paths import (
     SmoothPath,
     ValidatePath,
 )
+from regraft.component.goal import Goal
 from regraft.planar import Pose2D
 from regraft.services.navigator.servers.planner_server import PlannerServer
 from regraft.testing import Rig
@@ -100,7 +102,7 @@ def test_what_was_seen_is_gone_around_and_a_static_planner_ignores_it(bench: Ben
     ],
 )
 def test_a_path_that_cannot_be_is_reported_with_nav2s_code(
-    x: float, y: float, more: dict[str, object], code: PlanError, why: str
+    x: float, y: float, more: dict[str, Any], code: PlanError, why: str
 ) -> None:
     with Rig() as rig:
         found = Bench.of(rig, START, [*ROOM, BLOCK]).plan(x, y, **more)
@@ -130,7 +132,8 @@ def test_no_poses_have_a_code_of_their_own(bench: Bench) -> None:
 def test_without_a_map_a_goal_is_refused_in_time() -> None:
     with Rig() as rig:
         rig.add(PlannerServer, "planner", {"ready_within": 1.0})
-        goal = rig.goal("compute_path_through_poses", ComputePathThroughPoses((framed(1.0, 1.0),)), ComputedPath)
+        through = ComputePathThroughPoses((framed(1.0, 1.0),))
+        goal: Goal[ComputedPath, Any] = rig.goal("compute_path_through_poses", through, ComputedPath)
         rig.advance(1.2)
         assert isinstance(goal.error, CallFailed)
         assert "no odometry has come and no usable map has come within 1 s" in goal.error.why

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from regraft import ParameterError
 from regraft.bus_schema.messages.nav2.routes import ComputedRoute, ComputeRoute, RouteError
+from regraft.component.goal import Goal
 from regraft.planar import Pose2D
 from regraft.services.navigator.servers.route_server import RouteServer
 from regraft.testing import Rig
@@ -48,9 +49,8 @@ def test_the_cheapest_way_is_found_and_its_path_is_dense() -> None:
 
 def test_a_route_begins_at_the_node_nearest_to_the_robot_and_ends_at_that_of_the_goal() -> None:
     assert ids(computed(ComputeRoute(goal=framed(1.8, 1.7), use_poses=True))) == [1, 2, 3]
-    assert ids(computed(ComputeRoute(start=framed(2.1, 0.1), goal=framed(0.0, 2.2), use_start=True, use_poses=True))) == [
-        2, 3, 4,
-    ]  # fmt: skip
+    between = ComputeRoute(start=framed(2.1, 0.1), goal=framed(0.0, 2.2), use_start=True, use_poses=True)
+    assert ids(computed(between)) == [2, 3, 4]
 
 
 def test_a_route_to_where_the_robot_is_has_one_node() -> None:
@@ -101,7 +101,8 @@ def test_a_route_follows_edges_and_costs_their_lengths(links: list[tuple[int, in
     edges = [{"start": one, "end": other} for one, other in links]
     with Rig() as rig:
         rig.add(RouteServer, "routes", {"nodes": NODES, "edges": edges})
-        goal = rig.goal("compute_route", ComputeRoute(start_id=first, goal_id=last, use_start=True), ComputedRoute)
+        wanted = ComputeRoute(start_id=first, goal_id=last, use_start=True)
+        goal: Goal[ComputedRoute, Any] = rig.goal("compute_route", wanted, ComputedRoute)
         found = goal.result
     assert found is not None
     if found.error_code:

@@ -1,7 +1,7 @@
 """Paths: computing, checking, smoothing and following them.
 
-Goals, results and error codes have the names and numbers of Nav2's actions (nav2_msgs). Trees written for Nav2 decide by
-them. The number 0 is no error.
+Goals, results and error codes have the names and numbers of Nav2's actions (nav2_msgs). Trees written for Nav2 decide
+by them. The number 0 is no error.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ from regraft.bus_schema.model.description import Resources
 from regraft.services.bt_executor.blackboard_feed import BlackboardFeed, Reflected
 from regraft.services.bt_executor.leaves.context import LeafContext
 from regraft.services.bt_executor.leaves.nav2.recoveries import ENTRY
-from regraft.services.bt_executor.navigation_inputs import NAVIGATION, NavigationInputs
+from regraft.services.bt_executor.navigation.navigation_inputs import NAVIGATION, NavigationInputs
 from regraft.services.bt_executor.node_types import node_types
 from regraft.services.bt_executor.source import Source, Unloadable
 

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from regraft.services.bt_executor.blackboard_feed import REFLECTED, Reflected
 from regraft.services.bt_executor.executor import Executor
-from regraft.services.bt_executor.navigation_inputs import NAVIGATION, NavigationInputs
+from regraft.services.bt_executor.navigation.navigation_inputs import NAVIGATION, NavigationInputs
 
 
 class NavigationExecutor(NavigationInputs, Executor):
