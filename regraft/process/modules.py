@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
 import os
 import pkgutil
@@ -30,6 +31,8 @@ def imported(name: str, in_copy: Callable[[], object] = lambda: None) -> ModuleT
         CannotImport: it raised anything, leaving included.
     """
     process = os.getpid()
+    collecting = gc.isenabled()
+    gc.disable()  # an import leaves hardly any garbage
     try:
         return importlib.import_module(name)
     except KeyboardInterrupt:
@@ -40,6 +43,8 @@ def imported(name: str, in_copy: Callable[[], object] = lambda: None) -> ModuleT
         why = f"{type(error).__name__}: {text_of(error)}{after_failure(name, error)}"
         raise CannotImport(f"importing {name!r} failed: {why}") from error
     finally:
+        if collecting:
+            gc.enable()
         if os.getpid() != process:
             try:
                 in_copy()

@@ -22,6 +22,7 @@ from regraft.host.joining.proof_checker import ProofChecker
 from regraft.host.plan import HostPlan
 from regraft.host.primary_host import PrimaryHost
 from regraft.host.zygote.zygote import Zygote, start_zygote
+from regraft.process.common_types import compile_common_types
 from regraft.process.main import NoSuchClass, load_class
 from regraft.process.modules import text_of
 from regraft.process.scheduling import work_in_batches
@@ -137,6 +138,7 @@ def prepare_process(specs: Iterable[ComponentSpec], notice: Notice = lambda _: N
         if told:
             said[told] = None
     find_uses()
+    compile_common_types()
     gc.freeze()
     return tuple(said)
 

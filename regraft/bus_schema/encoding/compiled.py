@@ -1,4 +1,4 @@
-"""The short way through a record: two functions per message type, written out field by field when it is registered.
+"""The short way through a record: two functions per message type, written out field by field when first used.
 
 A message that fits takes this way, which costs a third of the walk along its shapes. One that does not fit takes the
 walk after all: shapes alone decide what is wrong, and report it.

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, TypeVar
 
 from regraft.bus_schema.encoding.arrays import ArrayShape
@@ -21,12 +22,11 @@ TYPE_NAME = re.compile(r"[a-z][a-z0-9_]*/[A-Z][A-Za-z0-9]*")
 T = TypeVar("T")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class MessageType:
     """A registered type: ``package/Name``, its version, class and shape; ``tail`` names its large array field.
 
-    ``pack`` and ``unpack`` do what the shape's do, faster. ``encoding`` is the Zenoh encoding that its payloads
-    carry: ``application/msgpack;package/Name@version``.
+    ``encoding`` is the Zenoh encoding that its payloads carry: ``application/msgpack;package/Name@version``.
     """
 
     name: str
@@ -35,8 +35,22 @@ class MessageType:
     shape: RecordShape
     tail: str | None
     encoding: str
-    pack: Convert
-    unpack: Convert
+
+    # Compiling takes a millisecond a type, and a process uses a fraction of the types that it imports.
+
+    @cached_property
+    def pack(self) -> Convert:
+        """The function that does what the shape's ``pack`` does, faster."""
+        return compile_pack(self.cls)
+
+    @cached_property
+    def unpack(self) -> Convert:
+        """The function that does what the shape's ``unpack`` does, faster."""
+        return compile_unpack(self.cls)
+
+    def compile(self) -> tuple[Convert, Convert]:
+        """Compile ``pack`` and ``unpack`` before they are used, and return them."""
+        return self.pack, self.unpack
 
     def json_schema(self) -> JsonSchema:
         """Return the JSON Schema (2020-12) of the type's plain data."""
@@ -83,8 +97,6 @@ def message(name: str, version: int = 1) -> Callable[[type[T]], type[T]]:
             shape,
             tails[0] if tails else None,
             f"{media};{name}@{version}",
-            compile_pack(described),
-            compile_unpack(described),
         )
         _types[name] = registered
         _by_class[cls] = _by_encoding[registered.encoding] = registered

@@ -1,0 +1,23 @@
+"""The message types that the process of every component uses."""
+
+from __future__ import annotations
+
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.messages.health import ComponentStatus, Event
+from regraft.bus_schema.messages.management.qualities import MeasuredQualities
+from regraft.bus_schema.messages.protocol.clock import Ack, ClockTime, Join, MarkerAck, Step
+from regraft.bus_schema.messages.protocol.control import ComponentView, Rewire, Snapshot
+from regraft.bus_schema.messages.protocol.host import HostStatus, HostView
+from regraft.bus_schema.messages.protocol.requests import Reply, Request
+from regraft.bus_schema.model.architecture import Architecture
+from regraft.runtime.core.assignment import Assignment
+
+TIMED = (Ack, ClockTime, Join, MarkerAck, Step)
+COMPONENTS = (Assignment, ComponentStatus, ComponentView, Event, MeasuredQualities, Rewire, Snapshot, Reply, Request)
+HOSTS = (Architecture, HostStatus, HostView)
+
+
+def compile_common_types() -> None:
+    """Compile the conversions of these types once, for all processes that are forked from this one."""
+    for cls in (*TIMED, *COMPONENTS, *HOSTS):
+        type_of(cls).compile()
