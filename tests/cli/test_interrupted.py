@@ -67,13 +67,16 @@ class Interrupts:
             os.kill(os.getpid(), signal.SIGINT)
 
 sys.meta_path.insert(0, Interrupts())
-sys.argv = ["regraft", "ps"]
+sys.argv = ["regraft", {command!r}]
 runpy.run_module("regraft.cli", run_name="__main__")
 """
 
 
-@pytest.mark.parametrize("module", ["regraft.cli.main", "zenoh", "regraft.evaluation.command_line"])
-def test_an_interrupt_while_a_command_is_imported_shows_no_traceback(module: str, tmp_path: Path) -> None:
-    program = (sys.executable, "-c", WHILE_IMPORTING.format(module=module))
+@pytest.mark.parametrize(
+    ("module", "command"),
+    [("regraft.cli.main", "ps"), ("zenoh", "ps"), ("regraft.evaluation.command_line", "evaluate")],
+)
+def test_an_interrupt_while_a_command_is_imported_shows_no_traceback(module: str, command: str, tmp_path: Path) -> None:
+    program = (sys.executable, "-c", WHILE_IMPORTING.format(module=module, command=command))
     done = run(cwd=tmp_path, environment=in_home(tmp_path / "home"), program=program)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")

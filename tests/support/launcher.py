@@ -156,8 +156,6 @@ def _import_classes(stack: str) -> None:
 
     for component in load(stack_file(Path(stack))).architecture.components.values():
         load_class(component.cls)
-    gc.collect()
-    gc.freeze()
 
 
 def _begin(order: dict[str, Any]) -> None:
@@ -178,6 +176,8 @@ if __name__ == "__main__":
     with suppress(KeyboardInterrupt):
         if sys.argv[2]:
             _import_classes(sys.argv[2])
+        gc.collect()
+        gc.freeze()
         given = _serve(socket.socket(fileno=int(sys.argv[1])))
     if given is not None:
         _begin(given)
