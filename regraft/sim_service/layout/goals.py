@@ -14,7 +14,8 @@ from regraft.sim_service.layout.ground_map import FREE, GroundMap, Rasteriser
 from regraft.sim_service.layout.headings import wrap_heading
 from regraft.sim_service.layout.scene import Scene
 
-BEARINGS = 72
+BEARINGS = tuple(2.0 * math.pi * k / 72 for k in range(72))
+"""Directions (rad) from the object in which a robot may stand."""
 STANDOFFS = (0.8, 0.9, 0.7, 1.0, 0.6)
 """Distances (m) from the object's outline, best first."""
 MARGIN = 0.08
@@ -90,43 +91,43 @@ class _Search:
         origin, resolution = self._map.origin, self._map.resolution
         middle_x = origin[0] + (float(columns.min() + columns.max()) / 2.0 + 0.5) * resolution
         middle_y = origin[1] + (float(rows.min() + rows.max()) / 2.0 + 0.5) * resolution
+        outlines = self._outlines(middle_x, middle_y, cells)
         for standoff in STANDOFFS:
-            candidates = [
-                self._candidate(middle_x, middle_y, 2.0 * math.pi * k / BEARINGS, standoff, cells)
-                for k in range(BEARINGS)
+            poses = [
+                Pose2D(
+                    middle_x + (outline + standoff) * math.cos(bearing),
+                    middle_y + (outline + standoff) * math.sin(bearing),
+                    wrap_heading(bearing + math.pi),
+                )
+                for bearing, outline in zip(BEARINGS, outlines, strict=True)
             ]
-            room, pose = max(candidates, key=lambda candidate: candidate[0])
-            if room > 0.0:
-                return pose
+            rooms = [self._room_at(pose) for pose in poses]
+            # Most room first, and of equal ones the first bearing. Lines of sight cost most, and few are needed.
+            for index in sorted(range(len(poses)), key=lambda index: -rooms[index]):
+                if rooms[index] > 0.0 and self._sight(poses[index], standoff, cells):
+                    return poses[index]
         raise GoalError(f"no free pose from which the robot could look at {body!r}")
 
-    def _candidate(
-        self, x: float, y: float, bearing: float, standoff: float, cells: npt.NDArray[np.bool_]
-    ) -> tuple[float, Pose2D]:
-        """Return the room (m) at a pose in this direction from (x, y), and the pose; 0 if unusable."""
-        outline = self._outline(x, y, bearing, cells)
-        distance = outline + standoff
-        pose = Pose2D(
-            x + distance * math.cos(bearing), y + distance * math.sin(bearing), wrap_heading(bearing + math.pi)
-        )
+    def _room_at(self, pose: Pose2D) -> float:
+        """Return the room (m) at a pose, up to `ENOUGH_ROOM`; 0 if it is too little, or out of reach."""
         if not self._map.is_free(pose.x, pose.y):
-            return 0.0, pose
+            return 0.0
         cell = self._map.cell(pose.x, pose.y)
         room = float(self._room[cell])
         reachable = int(self._regions[cell]) == self._start_region
-        if room < self._radius + MARGIN or not reachable or not self._sight(pose, standoff, cells):
-            return 0.0, pose
-        return min(room, ENOUGH_ROOM), pose
+        return min(room, ENOUGH_ROOM) if reachable and room >= self._radius + MARGIN else 0.0
 
-    def _outline(self, x: float, y: float, bearing: float, cells: npt.NDArray[np.bool_]) -> float:
-        """Return how far (m) the body reaches from its middle (x, y) in a direction."""
-        step = self._map.resolution / 2.0
-        reach = _diagonal(cells) * self._map.resolution
-        farthest = 0.0
-        for distance in np.arange(0.0, reach, step).tolist():
-            if self._contains(cells, x + distance * math.cos(bearing), y + distance * math.sin(bearing)):
-                farthest = distance
-        return farthest
+    def _outlines(self, x: float, y: float, cells: npt.NDArray[np.bool_]) -> list[float]:
+        """Return how far (m) the body reaches from its middle (x, y) in each of the directions."""
+        origin, resolution = self._map.origin, self._map.resolution
+        distances = np.arange(0.0, _diagonal(cells) * resolution, resolution / 2.0)
+        cosines, sines = (np.array([[function(bearing)] for bearing in BEARINGS]) for function in (math.cos, math.sin))
+        columns = np.floor((x + distances * cosines - origin[0]) / resolution).astype(int)
+        rows = np.floor((y + distances * sines - origin[1]) / resolution).astype(int)
+        reached = (rows >= 0) & (rows < cells.shape[0]) & (columns >= 0) & (columns < cells.shape[1])
+        reached[reached] = cells[rows[reached], columns[reached]]
+        outlines: list[float] = np.where(reached, distances, 0.0).max(axis=1).tolist()
+        return outlines
 
     def _sight(self, pose: Pose2D, standoff: float, cells: npt.NDArray[np.bool_]) -> bool:
         """Return whether nothing but the object itself stands ahead of the pose, up to the object's outline."""
