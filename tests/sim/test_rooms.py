@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import cv2
@@ -29,7 +30,13 @@ WALL, BOX = "wall_", "box_"
 
 
 def room(seed: int) -> Scene:
-    """Return FROG's world with the room of a seed."""
+    """Return FROG's world with the room of a seed; that of a seed that several tests look at is drawn once."""
+    return kept_room(seed) if seed in SEEDS else load_world(ROOMS, ROBOT, seed)
+
+
+@cache
+def kept_room(seed: int) -> Scene:
+    """Draw a room, and keep it."""
     return load_world(ROOMS, ROBOT, seed)
 
 
@@ -40,8 +47,9 @@ def sizes(scene: Scene, begin: str) -> list[tuple[float, ...]]:
 
 
 def test_equal_seeds_give_equal_rooms_and_others_differ() -> None:
-    assert room(7).fingerprint == room(7).fingerprint
-    assert draw_placement(room(7), 7) == draw_placement(room(7), 7)
+    first, second = (load_world(ROOMS, ROBOT, 7) for _ in range(2))
+    assert first.fingerprint == second.fingerprint
+    assert draw_placement(first, 7) == draw_placement(second, 7)
     assert len({room(seed).fingerprint for seed in SEEDS}) == len(SEEDS)
 
 
@@ -82,7 +90,7 @@ def test_rooms_differ_in_walls_boxes_sizes_and_light() -> None:
 
 def is_seen(file: Path, seed: int) -> bool:
     """Return whether the corner camera has the whole hydrant in view."""
-    scene = load_world(file, ROBOT, seed)
+    scene = room(seed) if file == ROOMS else load_world(file, ROBOT, seed)
     model = scene.new_model()
     data = mujoco.MjData(model)
     draw_placement(scene, seed).apply(scene, model, data.qpos)
