@@ -42,8 +42,9 @@ def children_by_parent() -> dict[int, list[int]]:
     for entry in os.listdir("/proc"):
         if entry.isdigit():
             with contextlib.suppress(OSError, IndexError, ValueError):
-                state, parent = Path(f"/proc/{entry}/stat").read_text().rpartition(") ")[2].split()[:2]
-                if state not in "ZX":
+                with open(f"/proc/{entry}/stat", "rb") as file:
+                    state, parent = file.read().rpartition(b") ")[2].split(None, 2)[:2]
+                if state not in b"ZX":
                     found.setdefault(int(parent), []).append(int(entry))
     return found
 

@@ -137,6 +137,17 @@ def _serve(orders: socket.socket) -> dict[str, Any] | None:
             os.close(used)
 
 
+def _prepare_host() -> None:
+    """Do what a host does before it forks, and import what each host runs: each system would do it again."""
+    from regraft.adaptation_manager.manager import AdaptationManager
+    from regraft.process.common_types import compile_common_types
+    from regraft.process.unrepeatable import find_uses
+
+    AdaptationManager.preload()
+    compile_common_types()
+    find_uses()
+
+
 def _build_commands() -> None:
     """Import what a command imports first, which each would do again."""
     from typer.main import get_command
@@ -151,11 +162,13 @@ def _build_commands() -> None:
 
 def _import_classes(stack: str) -> None:
     from regraft.process.main import load_class
+    from regraft.process.unrepeatable import find_uses
     from regraft.stack import load
     from regraft.stack.installed import stack_file
 
     for component in load(stack_file(Path(stack))).architecture.components.values():
         load_class(component.cls)
+    find_uses()
 
 
 def _begin(order: dict[str, Any]) -> None:
@@ -172,6 +185,7 @@ if __name__ == "__main__":
     from regraft.cli.main import main
 
     _build_commands()
+    _prepare_host()
     given = None
     with suppress(KeyboardInterrupt):
         if sys.argv[2]:
