@@ -11,6 +11,7 @@ import click
 import pytest
 import typer
 
+from tests.authors.mistakes import MISSION_OPTIONS
 from tests.cli.app import whole
 from tests.cli.live import STACK, Done, System, regraft
 from tests.executor.helpers import tree
@@ -170,11 +171,7 @@ OPTIONS: list[tuple[str, str]] = [
     ("topic pub number {value:1} --type clitest/Nmber", "number carries clitest/Number"),
     ("topic pub elsewhere {value:1} --type clitest/Nmber", "clitest/Nmber"),
     ("mode loud --from modes.yaml", "modes.yaml"),
-    ("mission get --board Patrl", "there is no sub-tree 'Patrl'"),
-    ("mission set rounds=1 --board Patrl", "there is no sub-tree 'Patrl'"),
-    ("mission load right --main Patrl", "Patrl"),
-    ("mission check right --main Patrl", "Patrl"),
-    ("mission check right --nodes regraft.services.nods:X", "services"),
+    *MISSION_OPTIONS,
     ("journal --before last", "'last'"),
     ("types --import tiny_prts", "did you mean 'tiny_parts'?"),
     ("evaluate frog-architecture --configurations basline", "did you mean"),

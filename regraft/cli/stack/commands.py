@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
-from regraft.cli.outcomes import BadInput
-from regraft.cli.stack.drawing import Missing, svg
+from regraft.cli.stack.drawing import GraphOption, check_suffix, show_graph
 from regraft.cli.stack.graph import dot
 from regraft.cli.stack.resolved import resolved, with_origins
 from regraft.cli.stack.yaml_text import yaml_text
@@ -21,8 +19,6 @@ from regraft.stack.installed import stack_file
 stack = typer.Typer(
     help="Check, show and draw stacks without running them.", no_args_is_help=True, rich_markup_mode=None
 )
-
-SVG, DOT = ".svg", ".dot"
 
 
 @stack.command("check")
@@ -65,22 +61,11 @@ def graph(
     overrides: OverridesOption = None,
     params: ParametersOption = None,
     places: PlacesOption = None,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="FILE.dot|.svg", help="Write it to a file; .svg needs the program 'dot'."),
-    ] = None,
+    out: GraphOption = None,
 ) -> None:
     """Draw components and topics as a graph, in Graphviz's language or as a picture."""
-    if out is not None and out.suffix not in (SVG, DOT):
-        raise BadInput(f"--out {out}: must end in {DOT} or {SVG}")
-    text = dot(_loaded(file, overrides, params, places).architecture)
-    if out is None:
-        say(text)
-        return
-    try:
-        out.write_bytes(svg(text) if out.suffix == SVG else f"{text}\n".encode())
-    except (Missing, OSError) as error:
-        raise BadInput(f"--out {out}: {getattr(error, 'strerror', None) or error}") from None
+    check_suffix(out)  # before the stack is loaded
+    show_graph(dot(_loaded(file, overrides, params, places).architecture), out)
 
 
 def _loaded(file: Path, overrides: list[str] | None, params: list[Path] | None, places: list[str] | None) -> StackFile:

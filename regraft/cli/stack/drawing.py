@@ -1,16 +1,46 @@
-"""Draws graphs by Graphviz's ``dot``."""
+"""Shows graphs in Graphviz's language, or draws them by its program ``dot``."""
 
 from __future__ import annotations
 
 import shutil
 import subprocess
+from pathlib import Path
+from typing import Annotated, Final
 
-TIMEOUT = 60.0
+import typer
+
+from regraft.cli.outcomes import BadInput
+from regraft.cli.terminal.output import say
+
+TIMEOUT: Final = 60.0
 """Seconds that drawing may take."""
+SVG, DOT = ".svg", ".dot"
+GraphOption = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="FILE.dot|.svg", help="Write it to a file; .svg needs the program 'dot'."),
+]
 
 
 class Missing(Exception):
     """No picture can be drawn here; the text states what is missing."""
+
+
+def check_suffix(out: Path | None) -> None:
+    """Make sure that a file can take a graph; raises BadInput."""
+    if out is not None and out.suffix not in (SVG, DOT):
+        raise BadInput(f"--out {out}: must end in {DOT} or {SVG}")
+
+
+def show_graph(text: str, out: Path | None) -> None:
+    """Print a graph in Graphviz's language, or write it to a file, as a picture if it ends in .svg; raises BadInput."""
+    check_suffix(out)
+    if out is None:
+        say(text)
+        return
+    try:
+        out.write_bytes(svg(text) if out.suffix == SVG else f"{text}\n".encode())
+    except (Missing, OSError) as error:
+        raise BadInput(f"--out {out}: {getattr(error, 'strerror', None) or error}") from None
 
 
 def svg(text: str) -> bytes:

@@ -135,12 +135,12 @@ def check(file: Path, registry: Registry, main: str = "") -> Report:
 
 
 def _from_file(file: Path, registry: Registry, main: str) -> Tree:
-    return load_file(file, registry, main=main, blackboard=_board(), limits=LIMITS)
+    return load_file(file, registry, main=main, blackboard=root_board(), limits=LIMITS)
 
 
-def _board() -> Blackboard:
+def root_board(clock: ManualClock | None = None) -> Blackboard:
     """Return a root blackboard with the entries that the executor has of itself."""
-    board = Blackboard(clock=ManualClock())
+    board = Blackboard(clock=clock or ManualClock())
     for own in Executor.reflected:
         board.declare(own.key, own.type)
     return board
@@ -201,7 +201,7 @@ class _Search:
 
     def _loaded(self, document: Element) -> Report | Finding:
         text = "".join(_texts(document, [1]))
-        folder, board = self._file.parent, _board()
+        folder, board = self._file.parent, root_board()
         load = partial(load_text, text, self._registry, main=self._main, blackboard=board, folder=folder, limits=LIMITS)
         return _outcome(load, self._file)
 

@@ -36,14 +36,14 @@ from regraft.cli.outcomes import BAD_INPUT, BadInput, Unreachable
 from regraft.cli.running_system import Reached, reached
 from regraft.cli.terminal.options import JsonOption, RobotOption, SystemOption
 from regraft.cli.terminal.output import complain, say, seconds, show_json, show_table
+from regraft.services.bt_executor.authors import drawing
+from regraft.services.bt_executor.authors.options import MainOption, NodesOption, StackOption, TreeFile
 
-mission = typer.Typer(help="See, command and check missions.", no_args_is_help=True, rich_markup_mode=None)
+mission = typer.Typer(help="See, command, check and draw missions.", no_args_is_help=True, rich_markup_mode=None)
 
 MARKS = {"idle": " ", "running": ">", "success": "+", "failure": "!", "skipped": "-"}
 MAX_TREE_SIZE = 1_000_000
 
-TreeFile = Annotated[Path, typer.Argument(metavar="FILE", help="BehaviorTree.CPP XML.")]
-MainOption = Annotated[str, typer.Option("--main", metavar="ID", help="The tree to run, if the file has several.")]
 BoardOption = Annotated[
     str, typer.Option("--board", metavar="PATH", help="The blackboard of the sub-tree with this path.")
 ]
@@ -173,32 +173,18 @@ def set_entries(
 @mission.command("check")
 def check(
     file: TreeFile,
-    nodes: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--nodes",
-            metavar="MODEL.xml|MODULE:NAME",
-            help="Further node types: a file with a TreeNodesModel, or where classes are; may be repeated.",
-        ),
-    ] = None,
+    nodes: NodesOption = None,
     main: MainOption = "",
+    stack: StackOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Load a tree without a system, and report what is wrong where."""
     # The engine is loaded only here: every command of regraft pays for the imports at the top.
-    from behavior_tree import TreeError
-    from regraft.process.trial.trial_import import check_imports
     from regraft.services.bt_executor import checking
-    from regraft.stack.classes import look_in
+    from regraft.services.bt_executor.authors.known_types import known_to_authors
 
-    look_in(file.resolve().parent)
-    look_in(Path.cwd())
-    check_imports((place.partition(":")[0] for place in nodes or [] if ":" in place), complain)
     doubts: list[str] = []
-    try:
-        registry = checking.known_types(nodes or [], doubts)
-    except TreeError as error:
-        raise BadInput(str(error)) from None
+    registry = known_to_authors(nodes or [], stack, file, doubts)
     report = checking.check(file, registry, main)
     report = replace(report, warnings=(*doubts, *report.warnings))
     if as_json:
@@ -212,6 +198,10 @@ def check(
             say(f"{file}: {report.tree}, {report.nodes} nodes: nothing wrong")
     if report.errors:
         raise typer.Exit(BAD_INPUT)
+
+
+mission.command("models")(drawing.models)
+mission.command("dot")(drawing.dot)
 
 
 def _text(file: Path) -> str:

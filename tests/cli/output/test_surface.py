@@ -75,6 +75,8 @@ ABOUT_NO_SYSTEM = {
     "regraft evaluate tables PAGE...",
     "regraft evaluate verify FILE",
     "regraft mission check FILE",
+    "regraft mission dot FILE",
+    "regraft mission models",
     "regraft skills check FILE",
     "regraft skills count FILE",
     "regraft skills generate FILE",

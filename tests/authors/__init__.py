@@ -1,0 +1,1 @@
+"""Tests of what authors of missions do without a system."""

@@ -1,0 +1,15 @@
+"""Mistakes in the options of ``regraft mission``, each with what is reported then; `right` is a file with a tree."""
+
+from __future__ import annotations
+
+MISSION_OPTIONS: list[tuple[str, str]] = [
+    ("mission get --board Patrl", "there is no sub-tree 'Patrl'"),
+    ("mission set rounds=1 --board Patrl", "there is no sub-tree 'Patrl'"),
+    ("mission load right --main Patrl", "Patrl"),
+    ("mission check right --main Patrl", "Patrl"),
+    ("mission check right --nodes regraft.services.nods:X", "services"),
+    ("mission models --nodes regraft.services.nods:X", "services"),
+    ("mission models --stack STACk", "no such file"),
+    ("mission dot right --main Patrl", "Patrl"),
+    ("mission dot right --out tree.png", "must end in .dot or .svg"),
+]
