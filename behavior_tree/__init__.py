@@ -48,6 +48,7 @@ from .nodes.manifest import Direction, NodeKind, NodeManifest, PortModel
 from .nodes.node import Node, NodeSetup, PostTickHook, PreTickHook
 from .nodes.ports import InOut, Input, Output
 from .nodes.runtime import TransitionHook
+from .observer import NodeCounts, TreeObserver
 from .status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Status, status_from_name, status_name
 from .substitution import MockConfig
 from .tree import Tree
@@ -76,6 +77,7 @@ __all__ = [
     "MockConfig",
     "MonotonicClock",
     "Node",
+    "NodeCounts",
     "NodeError",
     "NodeKind",
     "NodeManifest",
@@ -95,6 +97,7 @@ __all__ = [
     "TransitionHook",
     "Tree",
     "TreeError",
+    "TreeObserver",
     "UnknownTypeError",
     "load_file",
     "load_text",

@@ -34,6 +34,18 @@ def mock_models(registry: Registry, manifests: Iterable[NodeManifest]) -> tuple[
     return tuple(mocked)
 
 
+def mock_outside(registry: Registry) -> tuple[str, ...]:
+    """Mock the node types that may act on what is outside the tree, and return their names.
+
+    These are the types that were registered with arguments, such as a robot; see `mock_models` for what mocks do.
+    """
+    outside = tuple(type_id for type_id in registry.manifests if registry.is_given_arguments(type_id))
+    for type_id in outside:
+        manifest = registry.manifests[type_id]
+        registry.register(_CLASSES[manifest.kind], manifest=manifest, replace=True)
+    return outside
+
+
 def mock_unknown_types(registry: Registry, collection: TreeCollection) -> None:
     """Register mocks for all that a document uses and nobody knows: by its model, else as it is used.
 

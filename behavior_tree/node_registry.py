@@ -31,6 +31,7 @@ class Registry:
         self.substitutions = Substitutions()
         self._factories: dict[str, Factory] = {}
         self._manifests: dict[str, NodeManifest] = {}
+        self._given_arguments: dict[str, bool] = {}
         self.register_all(BUILTIN_NODES)
 
     def register(
@@ -39,6 +40,7 @@ class Registry:
         type_id: str = "",
         *,
         manifest: NodeManifest | None = None,
+        replace: bool = False,
         **arguments: Any,
     ) -> None:
         """Register a node type.
@@ -48,6 +50,7 @@ class Registry:
             type_id: Its name in XML, by default the name of the class.
             manifest: Kind and ports, for classes that do not declare their ports themselves; its type ID
                 counts.
+            replace: Whether it takes the place of a type of the same name.
             arguments: Keyword arguments for the constructor, behind the setup.
 
         Raises:
@@ -60,9 +63,10 @@ class Registry:
         check_type_id(manifest.type_id)
         for port in manifest.ports:
             check_port_name(port)
-        if manifest.type_id in self._manifests:
+        if manifest.type_id in self._manifests and not replace:
             raise RegistryError(f"node type '{manifest.type_id}' is registered already")
         self._factories[manifest.type_id] = partial(node_class, **arguments)
+        self._given_arguments[manifest.type_id] = bool(arguments)
         self._manifests[manifest.type_id] = manifest
 
     def register_all(self, node_classes: Iterable[type[Node]]) -> None:
@@ -95,12 +99,17 @@ class Registry:
         result.substitutions = self.substitutions.copy()
         result._factories = dict(self._factories)
         result._manifests = dict(self._manifests)
+        result._given_arguments = dict(self._given_arguments)
         return result
 
     @property
     def manifests(self) -> Mapping[str, NodeManifest]:
         """The registered node types by ID."""
         return self._manifests
+
+    def is_given_arguments(self, type_id: str) -> bool:
+        """Return whether a node type was registered with arguments, and so may act on what is outside the tree."""
+        return self._given_arguments[type_id]
 
     def build(self, setup: NodeSetup) -> Node:
         """Make a node of a registered type."""

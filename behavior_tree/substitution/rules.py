@@ -3,6 +3,7 @@
 import json
 import re
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 from ..errors import RegistryError
@@ -19,8 +20,26 @@ class _Rule:
 
     def matches_path(self, path: str) -> bool:
         """Return whether the pattern, with * for any text and ? for any character, fits a path."""
-        expression = re.escape(self.pattern).replace(r"\*", ".*").replace(r"\?", ".")
-        return re.fullmatch(expression, path, re.DOTALL) is not None
+        first, *others = self.pattern.split("*")
+        if not others:
+            return len(first) == len(path) and _find(first, path, 0) == 0
+        *middle, last = others
+        if len(first) + len(last) > len(path) or _find(first, path[: len(first)], 0) != 0:
+            return False
+        # Each part is taken where it comes first: one expression for all would try every way to fit many asterisks.
+        position, end = len(first), len(path) - len(last)
+        for part in middle:
+            found = _find(part, path[:end], position)
+            if found < 0:
+                return False
+            position = found + len(part)
+        return _find(last, path[end:], 0) == 0
+
+
+def _find(part: str, path: str, start: int) -> int:
+    """Return where a part of a pattern, with ? for any character, comes first in a path; -1 if nowhere."""
+    found = re.compile(re.escape(part).replace(r"\?", "."), re.DOTALL).search(path, start)
+    return found.start() if found else -1
 
 
 class Substitutions:
@@ -32,14 +51,16 @@ class Substitutions:
 
     def __init__(self) -> None:
         self._rules: list[_Rule] = []
+        self._used: set[str] = set()
 
     def __len__(self) -> int:
         """Return the number of rules."""
         return len(self._rules)
 
     def copy(self) -> "Substitutions":
-        """Return rules of one's own."""
+        """Return rules of one's own; what is used of them counts as used of these too."""
         result = Substitutions()
+        result._used = self._used
         result._rules = list(self._rules)
         return result
 
@@ -70,6 +91,21 @@ class Substitutions:
         for pattern, name in rules:
             self.add(pattern, configs.get(name, name))
 
+    @property
+    def patterns(self) -> tuple[str, ...]:
+        """The patterns of the rules, in their order."""
+        return tuple(rule.pattern for rule in self._rules)
+
+    @property
+    def unused(self) -> tuple[str, ...]:
+        """The patterns of the rules that have put nothing in any node's place."""
+        return tuple(pattern for pattern in self.patterns if pattern not in self._used)
+
+    @property
+    def types(self) -> dict[str, str]:
+        """The node types that rules put in a node's place, by the rules' patterns; mocks are left out."""
+        return {rule.pattern: rule.substitution for rule in self._rules if isinstance(rule.substitution, str)}
+
     def find(self, name: str, type_ids: tuple[str, ...], path: str) -> Substitution | None:
         """Return what takes a node's place, None if it stays.
 
@@ -78,16 +114,17 @@ class Substitutions:
             type_ids: Its type, and for a sub-tree the tree's ID too.
             path: Its path.
         """
-        for rule in self._rules:
-            if rule.pattern == name:
-                return rule.substitution
-        for rule in self._rules:
-            if rule.pattern in type_ids:
-                return rule.substitution
-        for rule in self._rules:
-            if rule.matches_path(path):
-                return rule.substitution
-        return None
+        rule = self._fitting(name, type_ids, path)
+        if rule is None:
+            return None
+        self._used.add(rule.pattern)
+        return rule.substitution
+
+    def _fitting(self, name: str, type_ids: tuple[str, ...], path: str) -> _Rule | None:
+        by_name = (rule for rule in self._rules if rule.pattern == name)
+        by_type = (rule for rule in self._rules if rule.pattern in type_ids)
+        by_path = (rule for rule in self._rules if rule.matches_path(path))
+        return next(chain(by_name, by_type, by_path), None)
 
 
 def _objects(given: dict[str, Any], key: str) -> list[tuple[str, Any]]:

@@ -12,4 +12,9 @@ MISSION_OPTIONS: list[tuple[str, str]] = [
     ("mission models --stack STACk", "no such file"),
     ("mission dot right --main Patrl", "Patrl"),
     ("mission dot right --out tree.png", "must end in .dot or .svg"),
+    ("mission dry-run right --main Patrl", "Patrl"),
+    ("mission dry-run right --mocks nowhere", "nowhere: cannot be read"),
+    ("mission dry-run right --mocks nonsense", "nonsense: substitution rules"),
+    ("mission dry-run right --set rounds", "name=value"),
+    ("mission dry-run right --for never", "must be a number of seconds"),
 ]

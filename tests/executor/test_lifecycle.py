@@ -213,3 +213,25 @@ def test_node_types_that_cannot_be_found_are_named() -> None:
         assert any("no.such.module:Leaf" in event.text for event in rig.events)
         with pytest.raises(TransitionFailed):
             rig.transition("bt_executor", Transition.CONFIGURE)
+
+
+def test_a_stack_can_have_mocks_take_nodes_places(mission: str, tmp_path: Path) -> None:
+    rules = tmp_path / "rules.json"
+    rules.write_text(
+        '{"TestNodeConfigs": {"there": {"return_status": "SUCCESS"}}, "SubstitutionRules": {"drive": "there"}}'
+    )
+    with Rig() as rig:
+        navigator = rig.add(Navigator)
+        rig.add(Executor, "bt_executor", {"mission": mission, "mocks": str(rules)})
+        rig.advance(0.5)
+        assert navigator.asked == []
+        assert status(rig).running == ("wait",)
+
+
+def test_faulty_mocks_keep_the_component_from_being_configured(mission: str, tmp_path: Path) -> None:
+    rules = tmp_path / "rules.json"
+    rules.write_text('{"SubstitutionRules": {"drive": "AlwaysSucces"}}')
+    with Rig() as rig:
+        rig.add(Executor, "bt_executor", {"mission": mission, "mocks": str(rules)})
+        assert rig.state("bt_executor") is State.UNCONFIGURED
+        assert any("did you mean 'AlwaysSuccess'?" in event.text for event in rig.events)

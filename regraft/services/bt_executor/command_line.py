@@ -36,7 +36,7 @@ from regraft.cli.outcomes import BAD_INPUT, BadInput, Unreachable
 from regraft.cli.running_system import Reached, reached
 from regraft.cli.terminal.options import JsonOption, RobotOption, SystemOption
 from regraft.cli.terminal.output import complain, say, seconds, show_json, show_table
-from regraft.services.bt_executor.authors import drawing
+from regraft.services.bt_executor.authors import drawing, trying
 from regraft.services.bt_executor.authors.options import MainOption, NodesOption, StackOption, TreeFile
 
 mission = typer.Typer(help="See, command, check and draw missions.", no_args_is_help=True, rich_markup_mode=None)
@@ -202,6 +202,7 @@ def check(
 
 mission.command("models")(drawing.models)
 mission.command("dot")(drawing.dot)
+mission.command("dry-run")(trying.dry_run)
 
 
 def _text(file: Path) -> str:

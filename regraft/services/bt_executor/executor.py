@@ -43,6 +43,7 @@ from regraft.services.bt_executor.blackboard_feed import REFLECTED, BlackboardFe
 from regraft.services.bt_executor.boards import BoardRefusal, read_board, summary, write_board
 from regraft.services.bt_executor.leaves.context import LeafContext
 from regraft.services.bt_executor.mission import UNDER_WAY, Illegal, Mission
+from regraft.services.bt_executor.mocks import with_mocks
 from regraft.services.bt_executor.node_types import node_types
 from regraft.services.bt_executor.plain_values import shown_text
 from regraft.services.bt_executor.quality.latest_qualities import LatestQualities
@@ -79,6 +80,10 @@ class Executor(Component):
     autostart = Parameter(True, "whether the mission starts when the component is activated")
     nodes = Parameter(
         "", "further node types, as module:name of a class or a list, separated by blanks", read_only=True
+    )
+
+    mocks = Parameter(
+        "", "file with rules by which mocks take nodes' places, for trials", unit="path", exists=True, read_only=True
     )
 
     goals = Input(Goals, latest_only=True, required=False, description="the places to visit")
@@ -125,7 +130,8 @@ class Executor(Component):
         self._mission = Mission(self._tell, (self._log.note,), self._exchange)
         context = LeafContext(self.kit, self._tick_soon)
         self._qualities = context.qualities
-        self._registry = node_types(context, self.nodes.split())
+        registry = node_types(context, self.nodes.split())
+        self._registry = with_mocks(registry, Path(self.mocks)) if self.mocks else registry
         self._start_again = self.autostart and bool(self.mission)
         if self.mission:
             self._load(Source(self.mission, main=self.main))

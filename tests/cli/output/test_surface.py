@@ -76,6 +76,7 @@ ABOUT_NO_SYSTEM = {
     "regraft evaluate verify FILE",
     "regraft mission check FILE",
     "regraft mission dot FILE",
+    "regraft mission dry-run FILE",
     "regraft mission models",
     "regraft skills check FILE",
     "regraft skills count FILE",
