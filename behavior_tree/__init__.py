@@ -26,6 +26,7 @@ Where it differs from BehaviorTree.CPP 4.10 on purpose:
 
 from .clock import Clock, ManualClock, MonotonicClock
 from .data.blackboard import Blackboard, Entry
+from .data.values import UInt8, UInt16, UInt32, UInt64
 from .errors import (
     BlackboardError,
     LoadError,
@@ -98,6 +99,10 @@ __all__ = [
     "Tree",
     "TreeError",
     "TreeObserver",
+    "UInt8",
+    "UInt16",
+    "UInt32",
+    "UInt64",
     "UnknownTypeError",
     "load_file",
     "load_text",

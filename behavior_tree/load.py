@@ -28,6 +28,7 @@ def load_file(
     blackboard: Blackboard | None = None,
     search_path: Sequence[Path] = (),
     lenient: bool = True,
+    strict: bool = False,
     mock_unknown: bool = False,
     limits: Limits | None = None,
 ) -> Tree:
@@ -42,6 +43,7 @@ def load_file(
         search_path: Folders that hold the packages named by ``<include ros_pkg="…">``; a package that the
             including file is in is found without.
         lenient: Whether to read ill-formed XML that BehaviorTree.CPP reads too, with a warning; see `mending`.
+        strict: Whether scripts may use only what BehaviorTree.CPP's can: no names of statuses, no functions.
         mock_unknown: Whether a node type that is not registered gets a mock, with a warning: by its model in a
             TreeNodesModel, else by how it is used; see `mock_models`.
         limits: How large the tree may be, if that is to be checked before any node is made.
@@ -52,7 +54,7 @@ def load_file(
     collector = Collector(search_path, lenient, limits)
     collector.add_file(Path(path))
     collector.check_ids()
-    return _build(collector.collection, registry, main, clock, blackboard, mock_unknown, limits)
+    return _build(collector.collection, registry, main, clock, blackboard, mock_unknown, limits, strict)
 
 
 def load_text(
@@ -64,6 +66,7 @@ def load_text(
     blackboard: Blackboard | None = None,
     search_path: Sequence[Path] = (),
     lenient: bool = True,
+    strict: bool = False,
     mock_unknown: bool = False,
     limits: Limits | None = None,
     folder: Path | None = None,
@@ -75,7 +78,7 @@ def load_text(
     collector = Collector(search_path, lenient, limits)
     collector.add_own_text(text, folder or Path())
     collector.check_ids()
-    return _build(collector.collection, registry, main, clock, blackboard, mock_unknown, limits)
+    return _build(collector.collection, registry, main, clock, blackboard, mock_unknown, limits, strict)
 
 
 def _build(
@@ -86,6 +89,7 @@ def _build(
     blackboard: Blackboard | None,
     mock_unknown: bool,
     limits: Limits | None,
+    strict: bool,
 ) -> Tree:
     if mock_unknown:
         registry = registry.copy()
@@ -99,7 +103,7 @@ def _build(
     clock = clock or (blackboard.clock if blackboard else MonotonicClock())
     board = blackboard or Blackboard(clock=clock)
     board.converters = registry.converters
-    runtime = Runtime(clock, registry.enums)
+    runtime = Runtime(clock, registry.enums, extensions=not strict)
     builder = Builder(collection, registry, runtime, seconds=limits.seconds if limits else None)
     builder.build_tree(main, board, "")
     boards = {main: board, **builder.boards}

@@ -101,7 +101,7 @@ def first_mismatch(record: Record) -> Mismatch | None:
     """
     events: list[str] = []
     try:
-        tree = load_text(record.xml, scripted_registry(events), clock=ManualClock())
+        tree = load_text(record.xml, scripted_registry(events), clock=ManualClock(), strict=True)
     except Exception as error:
         if _is_ours(error) and record.trace and record.trace[0].root == ERROR:
             return None

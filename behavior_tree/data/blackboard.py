@@ -10,7 +10,7 @@ from typing import Any
 
 from ..clock import Clock, MonotonicClock
 from ..errors import BlackboardError
-from .values import Converter, PortType, to_type, type_name
+from .values import UNSIGNED_MAX, Converter, PortType, to_type, type_name
 
 
 @dataclass(slots=True)
@@ -168,6 +168,10 @@ class Blackboard:
 
 
 def _related(first: PortType, second: PortType) -> bool:
+    # Whole numbers with and without sign share entries; what does not fit is refused when it is read or written.
+    first, second = (int if kind in UNSIGNED_MAX else kind for kind in (first, second))
+    if first is second:
+        return True
     if isinstance(first, type) and isinstance(second, type) and bool not in (first, second):
         return issubclass(first, second) or issubclass(second, first)
     return False

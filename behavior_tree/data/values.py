@@ -9,7 +9,8 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from enum import Enum
-from typing import Any, Final, get_args, get_origin
+from functools import partial
+from typing import Any, Final, NewType, get_args, get_origin
 
 from ..status import STATUS_NAMES, Status, status_from_name
 
@@ -21,6 +22,20 @@ Converter = Callable[[str], Any]
 
 INT64_MIN: Final = -(2**63)
 INT64_MAX: Final = 2**63 - 1
+UInt8 = NewType("UInt8", int)
+UInt16 = NewType("UInt16", int)
+UInt32 = NewType("UInt32", int)
+UInt64 = NewType("UInt64", int)
+"""The types of ports that take no negative numbers; their values are of type int."""
+
+UNSIGNED_MAX: Final[dict[Any, int]] = {UInt8: 2**8 - 1, UInt16: 2**16 - 1, UInt32: 2**32 - 1, UInt64: INT64_MAX}
+"""The largest number of each; scripts and blackboards have signed numbers of 64 bits, so UInt64 ends there too."""
+UNSIGNED_NAMES: Final[dict[Any, str]] = {
+    UInt8: "uint8_t",
+    UInt16: "uint16_t",
+    UInt32: "unsigned int",
+    UInt64: "uint64_t",
+}
 TRUTH_VALUES: Final = {
     "0": False, "false": False, "False": False, "FALSE": False,
     "1": True, "true": True, "True": True, "TRUE": True,
@@ -37,6 +52,8 @@ def type_name(kind: PortType) -> str:
         return "any"
     if kind is Status:
         return "NodeStatus"
+    if kind in UNSIGNED_NAMES:
+        return UNSIGNED_NAMES[kind]
     if get_origin(kind) is not None:
         return str(kind)
     return str(getattr(kind, "__name__", kind))
@@ -90,6 +107,18 @@ def whole_from_text(text: str) -> int:
     """
     fraction = _WHOLE.fullmatch(text.strip())
     return parse_int(fraction.group(1) if fraction else text)
+
+
+def unsigned(value: int, kind: PortType) -> int:
+    """Return a whole number if a type without negative numbers has it.
+
+    Raises:
+        ValueError: It has not.
+    """
+    most = UNSIGNED_MAX[kind]
+    if not 0 <= value <= most:
+        raise ValueError(f"{value} is not a whole number from 0 to {most}")
+    return value
 
 
 def real_from_text(text: str) -> float:
@@ -194,6 +223,14 @@ def _status_of_number(value: float) -> Status:
     return Status(int(value))
 
 
+def _unsigned_of_number(value: float, kind: PortType) -> int:
+    return unsigned(exact_int(value), kind)
+
+
+def _unsigned_from_text(text: str, kind: PortType) -> int:
+    return unsigned(whole_from_text(text), kind)
+
+
 def _list_from_text(text: str, item: PortType, converters: Mapping[Any, Converter]) -> list[Any]:
     if text.startswith("json:"):
         try:
@@ -219,6 +256,7 @@ _BUILT_IN: Final[dict[Any, Converter]] = {
     float: real_from_text,
     bool: parse_bool,
     Status: status_from_name,
+    **{kind: partial(_unsigned_from_text, kind=kind) for kind in UNSIGNED_MAX},
 }
 _FROM_NUMBER: Final[dict[Any, Callable[[Any], Any]]] = {
     str: number_text,
@@ -226,4 +264,5 @@ _FROM_NUMBER: Final[dict[Any, Callable[[Any], Any]]] = {
     float: float,
     bool: _truth_of_number,
     Status: _status_of_number,
+    **{kind: partial(_unsigned_of_number, kind=kind) for kind in UNSIGNED_MAX},
 }

@@ -51,5 +51,7 @@ class Precondition(Decorator):
 
     def _compile(self, text: str) -> None:
         if text != self._text:
-            self._holds = compile_condition(text, self.blackboard, self.runtime.enums)
+            self._holds = compile_condition(
+                text, self.blackboard, self.runtime.enums, extensions=self.runtime.extensions
+            )
             self._text = text

@@ -32,7 +32,7 @@ class _CompiledCode(Node):
 
     def _compile(self, text: str) -> None:
         if text != self._text:
-            self._script = compile_script(text, self.blackboard, self.runtime.enums)
+            self._script = compile_script(text, self.blackboard, self.runtime.enums, extensions=self.runtime.extensions)
             self._text = text
 
 

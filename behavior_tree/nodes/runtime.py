@@ -48,12 +48,14 @@ class Runtime:
         clock: The source of time.
         timers: The pending timers.
         enums: Names that scripts and Switch nodes may use for whole numbers.
+        extensions: Whether scripts may use what BehaviorTree.CPP's cannot; see `compile_script`.
         wake_requested: Whether a node asked for another tick without delay.
         transition_hooks: The observers of status changes.
     """
 
-    def __init__(self, clock: Clock, enums: Mapping[str, int]) -> None:
+    def __init__(self, clock: Clock, enums: Mapping[str, int], *, extensions: bool = False) -> None:
         self.clock = clock
+        self.extensions = extensions
         self.timers = Timers(clock)
         self.enums = enums
         self.wake_requested = False

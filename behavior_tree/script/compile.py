@@ -2,33 +2,38 @@
 
 from collections.abc import Callable, Mapping
 from functools import singledispatchmethod
-from typing import Any
+from typing import Any, Final
 
 from ..data.blackboard import Blackboard
 from ..errors import ScriptError
+from ..status import STATUS_NAMES
 from .assignment import assign, assign_combined, entry_for
-from .operators import BINARY, UNARY, chosen, relation, truth
+from .operators import BINARY, FUNCTIONS, UNARY, chosen, relation, truth
 from .parser import parse
-from .syntax import Assignment, Binary, Comparison, Conditional, Expression, Literal, Name, Unary
+from .syntax import Assignment, Binary, Call, Comparison, Conditional, Expression, Literal, Name, Unary
+
+_STATUSES: Final = {name: float(number) for number, name in enumerate(STATUS_NAMES)}
 
 Script = Callable[[], Any]
 """A compiled script: runs on the board that it was compiled for and returns its last statement's value."""
 
 
-def compile_script(text: str, board: Blackboard, enums: Mapping[str, int]) -> Script:
+def compile_script(text: str, board: Blackboard, enums: Mapping[str, int], *, extensions: bool = False) -> Script:
     """Compile a script for one board.
 
     Args:
         text: Statements separated by semicolons.
         board: The blackboard of the names in it.
         enums: Names of whole numbers; they go before the board's.
+        extensions: Whether ``abs``, ``min`` and ``max`` can be called, and statuses have names. A name that means
+            something else too keeps that meaning. BehaviorTree.CPP has neither.
 
     Raises:
         ScriptError: The script is not well-formed.
     """
-    compiler = _Compiler(board, enums)
+    compiler = _Compiler(board, enums, _STATUSES if extensions else {})
     try:
-        statements = tuple(compiler.closure(statement) for statement in parse(text))
+        statements = tuple(compiler.closure(statement) for statement in parse(text, extensions=extensions))
     except RecursionError:
         raise ScriptError(f"the script is nested too deeply: '{text[:40]}…'") from None
     if len(statements) == 1:
@@ -43,9 +48,11 @@ def compile_script(text: str, board: Blackboard, enums: Mapping[str, int]) -> Sc
     return run
 
 
-def compile_condition(text: str, board: Blackboard, enums: Mapping[str, int]) -> Callable[[], bool]:
+def compile_condition(
+    text: str, board: Blackboard, enums: Mapping[str, int], *, extensions: bool = False
+) -> Callable[[], bool]:
     """Compile a script whose value is asked for as true or false; see `compile_script`."""
-    script = compile_script(text, board, enums)
+    script = compile_script(text, board, enums, extensions=extensions)
 
     def holds() -> bool:
         value = script()
@@ -56,9 +63,10 @@ def compile_condition(text: str, board: Blackboard, enums: Mapping[str, int]) ->
 
 
 class _Compiler:
-    def __init__(self, board: Blackboard, enums: Mapping[str, int]) -> None:
+    def __init__(self, board: Blackboard, enums: Mapping[str, int], statuses: Mapping[str, float]) -> None:
         self._board = board
         self._enums = enums
+        self._statuses = statuses
 
     @singledispatchmethod
     def closure(self, expression: Expression) -> Script:
@@ -76,9 +84,13 @@ class _Compiler:
             number = float(self._enums[key])
             return lambda: number
 
+        status = self._statuses.get(key)
+
         def read() -> Any:
             entry = find(key)
             if entry is None:
+                if status is not None:
+                    return status
                 raise ScriptError(f"there is no enumerated name and no blackboard entry '{key}'")
             return entry.value
 
@@ -120,6 +132,12 @@ class _Compiler:
         condition = self.closure(conditional.condition)
         then, otherwise = self.closure(conditional.then), self.closure(conditional.otherwise)
         return lambda: then() if chosen(condition()) else otherwise()
+
+    @closure.register
+    def _(self, call: Call) -> Script:
+        function, name = FUNCTIONS[call.function], call.function
+        arguments = tuple([self.closure(argument) for argument in call.arguments])
+        return lambda: function(name, [argument() for argument in arguments])
 
     @closure.register
     def _(self, assignment: Assignment) -> Script:

@@ -31,7 +31,7 @@ _TOKEN: Final = re.compile(
       | '(?P<text>[^']*)'
       | "(?P<quoted>[^"]*)"
       | (?P<name>@?[^\W\d]\w*)
-      | (?P<operator>:=|\+=|-=|\*=|/=|\.\.|==|!=|<=|>=|&&|\|\||[-=<>?:|^&+*/~!();])
+      | (?P<operator>:=|\+=|-=|\*=|/=|\.\.|==|!=|<=|>=|&&|\|\||[-=<>?:|^&+*/~!();,])
     """,
     re.VERBOSE,
 )
@@ -43,8 +43,10 @@ _MAX_DIGITS: Final = 100
 _MAX_SHOWN_LENGTH: Final = 200
 
 
-def tokenize(script: str) -> list[Token]:
+def tokenize(script: str, *, commas: bool = False) -> list[Token]:
     """Return the tokens of a script, closed by an ``end`` token; a line may end with a backslash.
+
+    BehaviorTree.CPP's scripts have no commas; the calls of our extension do.
 
     Raises:
         ScriptError: Some characters form no token, or a number does not fit into 64 bits.
@@ -53,7 +55,7 @@ def tokenize(script: str) -> list[Token]:
     position = 0
     while position < len(script):
         found = _TOKEN.match(script, position)
-        if found is None:
+        if found is None or (found.group() == "," and not commas):
             raise ScriptError(f"{place(script, position)}: cannot read '{script[position:][:12]}'")
         kind = str(found.lastgroup)
         token = Token(_KINDS.get(kind, kind), found.group(kind), position + 1)

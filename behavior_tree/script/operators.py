@@ -5,7 +5,8 @@ Whole numbers are 64-bit and arise from literals and from the board; every calcu
 
 import math
 import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Final
 
 from ..data.values import exact_int, number_text, parse_real
@@ -16,6 +17,9 @@ TOLERANCE: Final = 2.0**-23
 
 MAX_TEXT: Final = 100_000
 """Characters of a text that a script makes; one that doubles itself would soon fill the memory."""
+
+MAX_VALUES: Final = 100
+"""Values that ``min`` and ``max`` compare."""
 
 TRUTH: Final = {"true": 1.0, "false": 0.0}
 
@@ -157,6 +161,25 @@ _NUMBER_RELATIONS: Final[Mapping[str, Relation]] = {
     **_TEXT_RELATIONS,
     "==": lambda left, right: abs(left - right) <= TOLERANCE,
     "!=": lambda left, right: not abs(left - right) <= TOLERANCE,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Function:
+    """A function of our extension; ``arguments`` are the fewest and the most values that it takes."""
+
+    calculate: Callable[[Sequence[float]], float]
+    arguments: tuple[int, int]
+
+    def __call__(self, name: str, values: Sequence[Any]) -> float:
+        """Return the result as a real; raises ScriptError for what is no number."""
+        return self.calculate([float(_number(name, value)) for value in values])
+
+
+FUNCTIONS: Final[Mapping[str, Function]] = {
+    "abs": Function(lambda values: abs(values[0]), (1, 1)),
+    "min": Function(min, (2, MAX_VALUES)),
+    "max": Function(max, (2, MAX_VALUES)),
 }
 
 

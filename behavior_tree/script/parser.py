@@ -4,8 +4,8 @@ from typing import Final
 
 from ..errors import ScriptError
 from .lexer import Token, place, tokenize
-from .operators import TRUTH
-from .syntax import Assignment, Binary, Comparison, Conditional, Expression, Literal, Name, Unary
+from .operators import FUNCTIONS, TRUTH
+from .syntax import Assignment, Binary, Call, Comparison, Conditional, Expression, Literal, Name, Unary
 
 ASSIGNMENTS: Final = (":=", "=", "+=", "-=", "*=", "/=")
 COMPARISONS: Final = ("==", "!=", "<", ">", "<=", ">=")
@@ -14,22 +14,23 @@ BINARY_LEVELS: Final = (("||",), ("&&",), COMPARISONS, ("|", "^"), ("&",), ("+",
 LEVELS: Final = {operator: level for level, operators in enumerate(BINARY_LEVELS) for operator in operators}
 
 
-def parse(script: str) -> list[Expression]:
-    """Return the statements of a script.
+def parse(script: str, *, extensions: bool = False) -> list[Expression]:
+    """Return the statements of a script; with our extensions, ``abs(``, ``min(`` and ``max(`` begin calls.
 
     Raises:
         ScriptError: The script is empty, not well-formed, or nested too deeply.
     """
     try:
-        return _Parser(script).statements()
+        return _Parser(script, extensions).statements()
     except RecursionError:
         raise ScriptError(f"the script is nested too deeply: '{script[:40]}…'") from None
 
 
 class _Parser:
-    def __init__(self, script: str) -> None:
+    def __init__(self, script: str, extensions: bool) -> None:
         self._script = script
-        self._tokens = tokenize(script)
+        self._extensions = extensions
+        self._tokens = tokenize(script, commas=extensions)
         self._position = 0
 
     def statements(self) -> list[Expression]:
@@ -100,6 +101,8 @@ class _Parser:
         if token.kind not in ("int", "hex", "real", "text", "name"):
             raise self._error("expected a value, a name or '('")
         self._position += 1
+        if token.kind == "name" and self._is_call(token):
+            return self._call(token)
         if token.kind == "int":
             return Literal(int(token.text))
         if token.kind == "hex":
@@ -109,6 +112,25 @@ class _Parser:
         if token.kind == "text":
             return Literal(token.text)
         return Literal(TRUTH[token.text]) if token.text in TRUTH else Name(token.text)
+
+    def _is_call(self, name: Token) -> bool:
+        """Return whether a function's name has its parenthesis right behind it: with a blank it is a name as before."""
+        behind = self._token
+        is_open = behind.kind == "operator" and behind.text == "("
+        return self._extensions and name.text in FUNCTIONS and is_open and behind.column == name.column + len(name.text)
+
+    def _call(self, name: Token) -> Expression:
+        self._expect("(")
+        arguments = [self._expression()]
+        while self._accept(","):
+            arguments.append(self._expression())
+        self._expect(")")
+        least, most = FUNCTIONS[name.text].arguments
+        if not least <= len(arguments) <= most:
+            wanted = f"exactly {least}" if least == most else f"at least {least}"
+            where = place(self._script, name.column - 1)
+            raise ScriptError(f"{where}: {name.text} takes {wanted} values, it has {len(arguments)}")
+        return Call(name.text, tuple(arguments))
 
     def _is_sign(self) -> bool:
         """Return whether a plus sign that belongs to a number comes next."""

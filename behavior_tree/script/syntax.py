@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import TypeAlias
 
-Expression: TypeAlias = "Literal | Name | Unary | Binary | Comparison | Conditional | Assignment"
+Expression: TypeAlias = "Literal | Name | Unary | Binary | Comparison | Conditional | Assignment | Call"
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +52,14 @@ class Conditional:
     condition: Expression
     then: Expression
     otherwise: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """``abs(x)``, ``min(x, y)`` or ``max(x, y)``, of our extension."""
+
+    function: str
+    arguments: tuple[Expression, ...]
 
 
 @dataclass(frozen=True, slots=True)

@@ -42,7 +42,9 @@ class _Outcome:
 
     def _compiled(self, text: str, names: Mapping[str, int] = _NO_NAMES) -> Callable[[], Any] | None:
         enums = {**self._node.runtime.enums, **names}
-        return compile_script(text, self._node.blackboard, enums) if text else None
+        if not text:
+            return None
+        return compile_script(text, self._node.blackboard, enums, extensions=self._node.runtime.extensions)
 
 
 class MockAction(StatefulAction):

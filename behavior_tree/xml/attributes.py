@@ -9,6 +9,7 @@ from ..data.blackboard import Blackboard
 from ..errors import ScriptError
 from ..nodes.manifest import CONDITION_ATTRIBUTES, NodeKind, NodeManifest, has_control_character
 from ..nodes.node import Conditions
+from ..nodes.runtime import Runtime
 from ..script import compile_condition, compile_script
 from .document import Element
 
@@ -75,7 +76,7 @@ def sort_attributes(element: Element, manifest: NodeManifest) -> Attributes:
 
 
 def compile_conditions(
-    element: Element, scripts: Mapping[str, str], board: Blackboard, enums: Mapping[str, int]
+    element: Element, scripts: Mapping[str, str], board: Blackboard, runtime: Runtime
 ) -> Conditions | None:
     """Compile the scripts of an element's condition attributes; return None if it has none.
 
@@ -88,7 +89,7 @@ def compile_conditions(
     for key, text in scripts.items():
         compile_ = compile_condition if key in _ASKED else compile_script
         try:
-            compiled[_FIELDS[key]] = compile_(text, board, enums)
+            compiled[_FIELDS[key]] = compile_(text, board, runtime.enums, extensions=runtime.extensions)
         except ScriptError as error:
             raise element.error(f"{key}: {error.message}") from error
     return Conditions(**compiled)

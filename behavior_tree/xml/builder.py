@@ -129,7 +129,7 @@ class Builder:
             other_attributes=attributes.other,
             readers=readers,
             writers=writers,
-            conditions=compile_conditions(element, attributes.conditions, board, self.registry.enums),
+            conditions=compile_conditions(element, attributes.conditions, board, self.runtime),
             subtree_id=subtree_id,
             file=element.file,
             line=element.line,

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Any, Final
 
-from ..data.values import from_text, type_name
+from ..data.values import UInt8, UInt16, UInt32, UInt64, from_text, type_name
 from ..errors import RegistryError
 from ..nodes.manifest import Direction, NodeKind, NodeManifest, PortModel, check_port_name
 from ..nodes.text import board_key
@@ -18,11 +18,18 @@ _DIRECTIONS: Final = {
 _TYPES: Final[dict[str, Any]] = {
     "bool": bool,
     "int": int,
-    "unsigned int": int,
     "long": int,
-    "unsigned long": int,
     "int64_t": int,
-    "uint64_t": int,
+    "uint8_t": UInt8,
+    "unsigned char": UInt8,
+    "uint16_t": UInt16,
+    "unsigned short": UInt16,
+    "uint32_t": UInt32,
+    "unsigned": UInt32,
+    "unsigned int": UInt32,
+    "uint64_t": UInt64,
+    "unsigned long": UInt64,
+    "size_t": UInt64,
     "float": float,
     "double": float,
     "string": str,

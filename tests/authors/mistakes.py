@@ -12,6 +12,7 @@ MISSION_OPTIONS: list[tuple[str, str]] = [
     ("mission models --stack STACk", "no such file"),
     ("mission dot right --main Patrl", "Patrl"),
     ("mission dot right --out tree.png", "must end in .dot or .svg"),
+    ("mission convert right", "is of version 4 already"),
     ("mission dry-run right --main Patrl", "Patrl"),
     ("mission dry-run right --mocks nowhere", "nowhere: cannot be read"),
     ("mission dry-run right --mocks nonsense", "nonsense: substitution rules"),

@@ -118,9 +118,12 @@ def _models(file: str, warnings: list[str] | None) -> Collection[NodeManifest]:
     return manifests.values()
 
 
-def check(file: Path, registry: Registry, main: str = "") -> Report:
-    """Return all mistakes in a file's tree ``main``, by default the one that it executes."""
-    first = _outcome(lambda: _from_file(file, registry, main), file)
+def check(file: Path, registry: Registry, main: str = "", *, strict: bool = False) -> Report:
+    """Return all mistakes in a file's tree ``main``, by default the one that it executes.
+
+    If ``strict``, the scripts may have only what those of BehaviorTree.CPP have.
+    """
+    first = _outcome(lambda: _from_file(file, registry, main, strict), file)
     if isinstance(first, Report):
         return first
     if first.line == 0:
@@ -129,13 +132,13 @@ def check(file: Path, registry: Registry, main: str = "") -> Report:
         document = parse_document(decode(file.read_bytes()), "")
     except (TreeError, OSError, ValueError):
         return Report((first,), ())
-    report = _Search(file, registry, main).run(document, first)
+    report = _Search(file, registry, main, strict).run(document, first)
     in_order = sorted(report.errors, key=lambda error: (error.file != str(file), error.file, error.line))
     return replace(report, errors=tuple(in_order))
 
 
-def _from_file(file: Path, registry: Registry, main: str) -> Tree:
-    return load_file(file, registry, main=main, blackboard=root_board(), limits=LIMITS)
+def _from_file(file: Path, registry: Registry, main: str, strict: bool) -> Tree:
+    return load_file(file, registry, main=main, blackboard=root_board(), limits=LIMITS, strict=strict)
 
 
 def root_board(clock: ManualClock | None = None) -> Blackboard:
@@ -171,7 +174,8 @@ def _finding(error: TreeError, file: Path) -> Finding:
 class _Search:
     """Looks for further errors in a document."""
 
-    def __init__(self, file: Path, registry: Registry, main: str) -> None:
+    def __init__(self, file: Path, registry: Registry, main: str, strict: bool) -> None:
+        self._strict = strict
         self._file = file
         self._registry = registry
         self._main = main
@@ -201,9 +205,8 @@ class _Search:
 
     def _loaded(self, document: Element) -> Report | Finding:
         text = "".join(_texts(document, [1]))
-        folder, board = self._file.parent, root_board()
-        load = partial(load_text, text, self._registry, main=self._main, blackboard=board, folder=folder, limits=LIMITS)
-        return _outcome(load, self._file)
+        load = partial(load_text, text, self._registry, main=self._main, limits=LIMITS, strict=self._strict)
+        return _outcome(partial(load, blackboard=root_board(), folder=self._file.parent), self._file)
 
 
 def _elements(element: Element) -> Iterator[Element]:

@@ -36,13 +36,13 @@ from regraft.cli.outcomes import BAD_INPUT, BadInput, Unreachable
 from regraft.cli.running_system import Reached, reached
 from regraft.cli.terminal.options import JsonOption, RobotOption, SystemOption
 from regraft.cli.terminal.output import complain, say, seconds, show_json, show_table
-from regraft.services.bt_executor.authors import drawing, trying
+from regraft.services.bt_executor.authors import converting, drawing, trying
+from regraft.services.bt_executor.authors.file_text import mission_text
 from regraft.services.bt_executor.authors.options import MainOption, NodesOption, StackOption, TreeFile
 
 mission = typer.Typer(help="See, command, check and draw missions.", no_args_is_help=True, rich_markup_mode=None)
 
 MARKS = {"idle": " ", "running": ">", "success": "+", "failure": "!", "skipped": "-"}
-MAX_TREE_SIZE = 1_000_000
 
 BoardOption = Annotated[
     str, typer.Option("--board", metavar="PATH", help="The blackboard of the sub-tree with this path.")
@@ -85,7 +85,7 @@ def load(
     as_json: JsonOption = False,
 ) -> None:
     """Load a tree in place of the present one."""
-    _give_tree(ctx, robot, system, MissionCommand(Command.LOAD, _text(file), main), file, as_json)
+    _give_tree(ctx, robot, system, MissionCommand(Command.LOAD, mission_text(file), main), file, as_json)
 
 
 @mission.command("start")
@@ -126,7 +126,7 @@ def swap(
     as_json: JsonOption = False,
 ) -> None:
     """Have another tree take over from the running one at once; the root blackboard is carried over."""
-    _give_tree(ctx, robot, system, MissionCommand(Command.SWAP, _text(file), main), file, as_json)
+    _give_tree(ctx, robot, system, MissionCommand(Command.SWAP, mission_text(file), main), file, as_json)
 
 
 @mission.command("get")
@@ -176,6 +176,9 @@ def check(
     nodes: NodesOption = None,
     main: MainOption = "",
     stack: StackOption = None,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Take no scripts that BehaviorTree.CPP would refuse.")
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Load a tree without a system, and report what is wrong where."""
@@ -185,7 +188,7 @@ def check(
 
     doubts: list[str] = []
     registry = known_to_authors(nodes or [], stack, file, doubts)
-    report = checking.check(file, registry, main)
+    report = checking.check(file, registry, main, strict=strict)
     report = replace(report, warnings=(*doubts, *report.warnings))
     if as_json:
         show_json(asdict(report))
@@ -203,24 +206,7 @@ def check(
 mission.command("models")(drawing.models)
 mission.command("dot")(drawing.dot)
 mission.command("dry-run")(trying.dry_run)
-
-
-def _text(file: Path) -> str:
-    from behavior_tree.xml.encoding import decode
-
-    try:
-        with file.open("rb") as stream:
-            data = stream.read(MAX_TREE_SIZE + 1)
-        if len(data) > MAX_TREE_SIZE:
-            raise BadInput(f"{file}: is too large for a tree: must have at most {MAX_TREE_SIZE} bytes")
-        text = decode(data)
-    except OSError as error:
-        raise BadInput(f"{file}: cannot be read: {error.strerror}") from None
-    except ValueError as error:
-        raise BadInput(f"{file}: cannot be read: {error}") from None
-    if not text.strip():
-        raise BadInput(f"{file}: is empty: must be a tree in XML")
-    return text
+mission.command("convert")(converting.convert)
 
 
 def _command(ctx: typer.Context, robot: str, system: str | None, command: MissionCommand, as_json: bool) -> None:

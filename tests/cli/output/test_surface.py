@@ -75,6 +75,7 @@ ABOUT_NO_SYSTEM = {
     "regraft evaluate tables PAGE...",
     "regraft evaluate verify FILE",
     "regraft mission check FILE",
+    "regraft mission convert FILE",
     "regraft mission dot FILE",
     "regraft mission dry-run FILE",
     "regraft mission models",
