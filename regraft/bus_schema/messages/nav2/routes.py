@@ -7,7 +7,6 @@ from enum import IntEnum
 
 from regraft.bus_schema.annotations import Count, Metres
 from regraft.bus_schema.encoding.registry import message
-from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.geometry import FramedPose
 from regraft.bus_schema.messages.nav2.paths import Path
 
@@ -41,17 +40,13 @@ class RouteNode:
 class RouteEdge:
     """A straight way from one node to another, by their ids; ``both_ways`` it leads back, too.
 
-    ``cost`` counts for each metre. Another value than 1 makes the way better or worse than its length.
+    ``cost`` counts for each metre. Another value than 1 makes the way better or worse than its length. It is greater than 0.
     """
 
     start: Count
     end: Count
     both_ways: bool = True
     cost: float = 1.0
-
-    def __post_init__(self) -> None:
-        if not self.cost > 0.0:
-            raise BadMessage(f"must be greater than 0, is {self.cost:g}", ("cost",))
 
 
 @message("regraft/Route")

@@ -57,10 +57,12 @@ class RouteServer(Component):
 
     @classmethod
     def parameters_for(cls, parameters: dict[str, Any]) -> Iterable[Parameter[Any]]:
-        """Add none; raises ParameterError for two nodes of one id, and for an edge to a node that there is not."""
+        """Add none; raises ParameterError for two nodes of one id, and for wrong edges."""
         ids = [node.id for node in parameters["nodes"]]
         wrong = [(f"nodes.{index}.id", f"{each} is twice") for index, each in enumerate(ids) if each in ids[:index]]
         for index, edge in enumerate(parameters["edges"]):
+            if not edge.cost > 0.0:
+                wrong.append((f"edges.{index}.cost", f"must be greater than 0, is {edge.cost:g}"))
             for end in ("start", "end"):
                 if getattr(edge, end) not in ids:
                     known = ", ".join(map(str, ids)) or "none"
