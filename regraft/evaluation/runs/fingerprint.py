@@ -154,8 +154,16 @@ def _files_of(package: str) -> Iterator[tuple[Path, Path]]:
 
 def files_in(folder: Path) -> list[Path]:
     """Return the files of a folder and its folders that can influence a run, by name."""
-    found = (path for path in folder.rglob("*") if path.suffix not in (*COMPILED, *NOT_RUN) and path.is_file())
-    return sorted(path for path in found if not any(part.startswith(".") for part in path.relative_to(folder).parts))
+    found = []
+    # A campaign asks before and after each run, for thousands of files: paths are made of the few that count.
+    for inside, folders, names in os.walk(folder):
+        folders[:] = [name for name in folders if not name.startswith(".")]
+        found += [
+            os.path.join(inside, name)
+            for name in names
+            if not name.startswith(".") and os.path.splitext(name)[1] not in (*COMPILED, *NOT_RUN)
+        ]
+    return [Path(path) for path in sorted(found, key=lambda path: path.split(os.sep)) if os.path.isfile(path)]
 
 
 def files_hash(folder: Path) -> str:
