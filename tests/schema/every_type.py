@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from hypothesis import HealthCheck, Phase, given, settings
-from hypothesis import strategies as st
 
 from regraft.bus_schema.encoding.registry import MessageType
 from tests.schema.strategies import all_types, values
@@ -14,7 +13,6 @@ from tests.support.tables import check_each
 
 KINDS = all_types()
 MESSAGES = 10
-Property = Callable[[MessageType, st.DataObject], None]
 MessageProperty = Callable[[MessageType, Any], None]
 
 _drawn: dict[str, list[Any]] = {}
@@ -48,23 +46,6 @@ def of_every_message(kinds: Iterable[MessageType] = KINDS) -> Callable[[MessageP
                 except BaseException as error:
                     error.add_note(f"of {message!r}")
                     raise
-
-        return _one_test(holds.__name__, kinds, check)
-
-    return make
-
-
-def of_every_type(examples: int = 8, kinds: Iterable[MessageType] = KINDS) -> Callable[[Property], Callable[[], None]]:
-    """Make one test of a property: it tries so many examples of each type, and tells all types that lack it."""
-
-    def make(holds: Property) -> Callable[[], None]:
-        def check(kind: MessageType) -> None:
-            @settings(max_examples=examples, deadline=None, suppress_health_check=list(HealthCheck), database=None)
-            @given(st.data())
-            def of_kind(data: st.DataObject) -> None:
-                holds(kind, data)
-
-            of_kind()
 
         return _one_test(holds.__name__, kinds, check)
 
