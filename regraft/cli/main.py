@@ -95,7 +95,7 @@ def build(asked: str = "") -> typer.Typer:
 
 
 def _asked(words: list[str]) -> str:
-    """Return the command or group of ours that the words begin with, empty if it takes all of them to know."""
+    """Return the command or group of ours that the words begin with; empty if all have to be known."""
     first = words[0] if words else ""
     return first if first in GROUPS or any(first == command.__name__ for command in COMMANDS) else ""
 
