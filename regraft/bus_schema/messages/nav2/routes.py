@@ -40,7 +40,7 @@ class RouteNode:
 class RouteEdge:
     """A straight way from one node to another, by their ids; ``both_ways`` it leads back, too.
 
-    ``cost`` counts for each metre. Another value than 1 makes the way better or worse than its length. It is greater than 0.
+    ``cost`` counts for each metre and is greater than 0. A value other than 1 makes the way better or worse.
     """
 
     start: Count
