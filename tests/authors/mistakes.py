@@ -18,4 +18,5 @@ MISSION_OPTIONS: list[tuple[str, str]] = [
     ("mission dry-run right --mocks nonsense", "nonsense: substitution rules"),
     ("mission dry-run right --set rounds", "name=value"),
     ("mission dry-run right --for never", "must be a number of seconds"),
+    ("mission replay right --at 1 --tick 2", "exclude each other"),
 ]

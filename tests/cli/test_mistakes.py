@@ -104,6 +104,7 @@ WRONG: dict[str, list[tuple[str, str]]] = {
         ("rounds", "name=value"),
     ],
     "FILE...": [("nowhere", "nowhere")],
+    "RECORDING": [("nowhere", "cannot be read"), ("nonsense", "must be a tree or the changes of a tick")],
     "PAGE...": [("nowhere", "nowhere")],
     "STUDY": [("frog-architectur", "did you mean 'frog-architecture'?")],
     "SYSTEM": [],

@@ -101,6 +101,44 @@ class MissionTransitions:
     missed: Count = 0
 
 
+@message("regraft/MissionCountsRequest")
+@dataclass(frozen=True, slots=True)
+class MissionCountsRequest:
+    """Ask for the counts of the mission's nodes; ``reset`` has them begin again from zero afterwards."""
+
+    reset: bool = False
+
+
+@message("regraft/NodeCounts")
+@dataclass(frozen=True, slots=True)
+class NodeCounts:
+    """The counts of a node since it is counted, as BehaviorTree.CPP's TreeObserver has them.
+
+    ``successes``, ``failures`` and ``transitions`` count changes of the stored status, those to idle excluded.
+    ``skips`` counts ticks, because a skipped node's status is not stored. ``last_result`` is idle before the first.
+    ``last_change`` is the tree's time of the last change of the status, None before it.
+    """
+
+    uid: Count
+    ticks: Count
+    successes: Count
+    failures: Count
+    skips: Count
+    transitions: Count
+    last_result: NodeStatus
+    last_change: Annotated[float, Unit("s")] | None = None
+
+
+@message("regraft/MissionCounts")
+@dataclass(frozen=True, slots=True)
+class MissionCounts:
+    """The counts of all nodes, in the order of the tree with this ``structure``."""
+
+    stamp: Seconds
+    structure: str
+    nodes: tuple[NodeCounts, ...]
+
+
 @message("regraft/BlackboardRequest")
 @dataclass(frozen=True, slots=True)
 class BlackboardRequest:

@@ -14,11 +14,13 @@ from regraft.bus_schema.messages.mission import (
     BlackboardRequest,
     Command,
     MissionCommand,
+    MissionCounts,
+    MissionCountsRequest,
     MissionRequest,
     MissionStatus,
     WriteBlackboard,
 )
-from regraft.bus_schema.model.robots.executors import BLACKBOARD, COMMAND, STATUS, WRITE
+from regraft.bus_schema.model.robots.executors import BLACKBOARD, COMMAND, COUNTS, STATUS, WRITE
 from regraft.dashboard_api.backend.missions import Missions
 from regraft.dashboard_api.http.body import JsonRoute
 from regraft.dashboard_api.http.bus_types import BodyField, Fields, JsonObject, Shown, Values, fields_of
@@ -61,6 +63,11 @@ def routes(missions: Missions) -> APIRouter:
     def show_mission(robot: Robot = "") -> Shown[MissionStatus]:
         """The mission: tree, statuses of its nodes, blackboard."""
         return missions.ask(robot, STATUS, MissionRequest(), MissionStatus)
+
+    @router.get("/mission/counts", response_description="The counts", responses=declared(404, 409, 422, 503))
+    def show_counts(robot: Robot = "") -> Shown[MissionCounts]:
+        """The ticks, results and changes of each node, if the executor's parameter `counts` is set."""
+        return missions.ask(robot, COUNTS, MissionCountsRequest(), MissionCounts)
 
     @router.get("/mission/blackboard", response_description="The entries", responses=declared(404, 409, 422, 503))
     def read_blackboard(

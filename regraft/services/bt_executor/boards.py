@@ -9,11 +9,11 @@ from typing import Any, Final, get_args, get_origin
 
 from behavior_tree import Blackboard, BlackboardError, Entry, Tree
 from behavior_tree.data.values import to_type, type_name
+from regraft import RefusalCode, RequestRefused
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import SchemaError
 from regraft.bus_schema.messages.mission import BlackboardEntries, BlackboardEntry
-from regraft.bus_schema.messages.protocol.requests import RefusalCode
 from regraft.bus_schema.suggestions import instead_of
 from regraft.services.bt_executor.plain_values import MAX_TEXT_LENGTH, is_plain, shown
 
@@ -23,12 +23,11 @@ KEY: Final = re.compile(r"(?![\s@])[^{}\x00-\x1f\x7f]+(?<!\s)")
 """The entries that ``{key}`` in a tree can name."""
 
 
-class BoardRefusal(Exception):
+class BoardRefusal(RequestRefused):
     """An entry or board that is not there, or a value that does not fit; the text states what would be right."""
 
     def __init__(self, why: str, code: RefusalCode = RefusalCode.INVALID) -> None:
-        self.code = code
-        super().__init__(why)
+        super().__init__(why, code)
 
 
 def board_of(tree: Tree, path: str) -> Blackboard:

@@ -14,7 +14,8 @@ from regraft.bus_schema.messages.mission import (
     BlackboardRequest,
     Command,
     MissionCommand,
-    MissionNode,
+    MissionCounts,
+    MissionCountsRequest,
     MissionRequest,
     MissionStatus,
     WriteBlackboard,
@@ -23,6 +24,7 @@ from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.robots.executors import (
     BLACKBOARD,
     COMMAND,
+    COUNTS,
     STATUS,
     WRITE,
     MissionExecutor,
@@ -32,31 +34,47 @@ from regraft.bus_schema.model.robots.executors import (
     executors,
 )
 from regraft.cli.bus.param import values_of
-from regraft.cli.outcomes import BAD_INPUT, BadInput, Unreachable
+from regraft.cli.outcomes import BAD_INPUT, BadInput, Failed, Unreachable
 from regraft.cli.running_system import Reached, reached
 from regraft.cli.terminal.options import JsonOption, RobotOption, SystemOption
 from regraft.cli.terminal.output import complain, say, seconds, show_json, show_table
-from regraft.services.bt_executor.authors import converting, drawing, trying
+from regraft.services.bt_executor.authors import converting, drawing, replaying, trying
 from regraft.services.bt_executor.authors.file_text import mission_text
 from regraft.services.bt_executor.authors.options import MainOption, NodesOption, StackOption, TreeFile
+from regraft.services.bt_executor.authors.showing import show_counts, tree_lines
 
 mission = typer.Typer(help="See, command, check and draw missions.", no_args_is_help=True, rich_markup_mode=None)
 
-MARKS = {"idle": " ", "running": ">", "success": "+", "failure": "!", "skipped": "-"}
 
+CountsOption = Annotated[
+    bool, typer.Option("--counts", help="Show the ticks and results of each node instead, if they are counted.")
+]
 BoardOption = Annotated[
     str, typer.Option("--board", metavar="PATH", help="The blackboard of the sub-tree with this path.")
 ]
 
 
 @mission.command("show")
-def show(ctx: typer.Context, robot: RobotOption = "", system: SystemOption = None, as_json: JsonOption = False) -> None:
+def show(
+    ctx: typer.Context,
+    counts: CountsOption = False,
+    robot: RobotOption = "",
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
     """Show the behaviour tree with the status of every node, and the blackboard."""
     with reached(ctx, system) as there:
         executor = _executor(there, robot)
+        counted = there.client.call(executor.service(COUNTS), MissionCountsRequest(), MissionCounts) if counts else None
         found = there.client.call(executor.service(STATUS), MissionRequest(), MissionStatus)
+    if counted is not None and counted.structure != found.structure:
+        raise Failed("another tree has been loaded meanwhile: ask again")
     if as_json:
-        show_json(found)
+        show_json(found if counted is None else counted)
+        return
+    if counted is not None:
+        say(headline(found))
+        show_counts(found.nodes, counted)
         return
     say(headline(found))
     for line in tree_lines(found.nodes):
@@ -69,10 +87,14 @@ def show(ctx: typer.Context, robot: RobotOption = "", system: SystemOption = Non
 
 @mission.command("status", hidden=True)
 def status(
-    ctx: typer.Context, robot: RobotOption = "", system: SystemOption = None, as_json: JsonOption = False
+    ctx: typer.Context,
+    counts: CountsOption = False,
+    robot: RobotOption = "",
+    system: SystemOption = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Show the same as `show`."""
-    show(ctx, robot, system, as_json)
+    show(ctx, counts, robot, system, as_json)
 
 
 @mission.command("load")
@@ -207,6 +229,7 @@ mission.command("models")(drawing.models)
 mission.command("dot")(drawing.dot)
 mission.command("dry-run")(trying.dry_run)
 mission.command("convert")(converting.convert)
+mission.command("replay")(replaying.replay)
 
 
 def _command(ctx: typer.Context, robot: str, system: str | None, command: MissionCommand, as_json: bool) -> None:
@@ -265,14 +288,3 @@ def quality_line(quality: Quality) -> str:
     more = quality.status or quality.reason
     parts = (verdict, metric, "" if more == verdict else more, "" if quality.active else "not active")
     return f"{quality.requirement} ({quality.attribute}): {', '.join(filter(None, parts))}"
-
-
-def tree_lines(nodes: tuple[MissionNode, ...]) -> list[str]:
-    """Return a tree as indented lines, each led by a mark for the node's status."""
-    depth: dict[int, int] = {}
-    lines = []
-    for node in nodes:
-        depth[node.uid] = depth.get(node.parent, -1) + 1
-        name = node.name if node.name == node.type else f"{node.name} ({node.type})"
-        lines.append(f"{MARKS[node.status.value]} {'  ' * depth[node.uid]}{name}  {node.status.value}")
-    return lines

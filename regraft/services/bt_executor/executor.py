@@ -6,7 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, ClassVar
 
-from behavior_tree import Blackboard, BlackboardError, Clock, ManualClock, Registry, Tree
+from behavior_tree import Blackboard, Clock, ManualClock, Registry, Tree
 from regraft import (
     Component,
     Future,
@@ -28,6 +28,8 @@ from regraft.bus_schema.messages.mission import (
     BlackboardRequest,
     Command,
     MissionCommand,
+    MissionCounts,
+    MissionCountsRequest,
     MissionRequest,
     MissionState,
     MissionStatus,
@@ -40,15 +42,17 @@ from regraft.bus_schema.messages.sensors import LightLevel
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.description import Resources
 from regraft.services.bt_executor.blackboard_feed import REFLECTED, BlackboardFeed, Reflected
-from regraft.services.bt_executor.boards import BoardRefusal, read_board, summary, write_board
+from regraft.services.bt_executor.boards import read_board, summary, write_board
 from regraft.services.bt_executor.leaves.context import LeafContext
-from regraft.services.bt_executor.mission import UNDER_WAY, Illegal, Mission
+from regraft.services.bt_executor.mission import UNDER_WAY, Illegal, Mission, commanded_source
 from regraft.services.bt_executor.mocks import with_mocks
 from regraft.services.bt_executor.node_types import node_types
+from regraft.services.bt_executor.observing.observation import Observation
 from regraft.services.bt_executor.plain_values import shown_text
 from regraft.services.bt_executor.quality.latest_qualities import LatestQualities
-from regraft.services.bt_executor.report import kept_blackboard, mission_status
+from regraft.services.bt_executor.report import mission_status
 from regraft.services.bt_executor.source import Source, Unloadable
+from regraft.services.bt_executor.state import kept_source, kept_state, restore_board
 from regraft.services.bt_executor.transitions import TransitionLog
 from regraft.services.bt_executor.tree_checks import TreeChecks
 
@@ -82,9 +86,9 @@ class Executor(Component):
         "", "further node types, as module:name of a class or a list, separated by blanks", read_only=True
     )
 
-    mocks = Parameter(
-        "", "file with rules by which mocks take nodes' places, for trials", unit="path", exists=True, read_only=True
-    )
+    mocks = Parameter("", "rules by which mocks take nodes' places", unit="path", exists=True, read_only=True)
+    counts = Parameter(False, "whether the ticks and results of each node are counted")
+    record = Parameter("", "file to which changes of nodes' statuses are recorded", unit="path")
 
     goals = Input(Goals, latest_only=True, required=False, description="the places to visit")
     battery = Input(BatteryState, latest_only=True, required=False, description="for {@battery_charge}")
@@ -111,6 +115,7 @@ class Executor(Component):
 
     def __init__(self) -> None:
         self._log = TransitionLog()
+        self._observation = Observation()
         self._mission = Mission(self._tell, (self._log.note,), self._exchange)
         self._source = Source()
         self._reflection = BlackboardFeed(self.kit.inputs, self.reflected, self.kit.event)
@@ -128,6 +133,8 @@ class Executor(Component):
     def on_configure(self) -> None:
         """Learn the node types and load the mission; raises Unloadable with the place of what is wrong."""
         self._mission = Mission(self._tell, (self._log.note,), self._exchange)
+        self._observation = Observation()
+        self._observe()
         context = LeafContext(self.kit, self._tick_soon)
         self._qualities = context.qualities
         registry = node_types(context, self.nodes.split())
@@ -157,6 +164,8 @@ class Executor(Component):
 
     def on_parameters(self, changed: frozenset[str]) -> None:
         """Load another mission, and start it if one was running, or none was there; raises Unloadable."""
+        if changed & {"counts", "record"}:
+            self._observe("record" in changed)
         if not changed & {"mission", "main"} or not self.mission or self._registry is None:
             return
         before = self._mission.state
@@ -166,6 +175,12 @@ class Executor(Component):
             self._start_again = not self._is_active
             if self._is_active:
                 self._mission.start()
+
+    def _observe(self, again: bool = True) -> None:
+        """Count and record as the parameters have it; ``again`` begins another recording."""
+        self._observation.count(self._mission.tree, self.counts)
+        if again:
+            self._observation.record(self.record, lambda why: self.kit.event("mission.recorded", why))
 
     # --- ticking ---
 
@@ -221,19 +236,22 @@ class Executor(Component):
             self.status.publish(self._status_now())
 
     def _listen(self) -> None:
-        """Keep the changes of statuses from now on if somebody reads them."""
-        self._log.listening = self._is_active and self.transitions.wanted
+        """Keep the changes of statuses from now on if somebody reads them, or they are recorded."""
+        self._log.listening = self._is_active and (self.transitions.wanted or self._observation.recording is not None)
 
     def _exchange(self, tree: Tree) -> None:
         """Publish the last of the tree that there is, before another takes its place."""
         self._stream()
         self._qualities.follow(tree)
+        self._observation.follow(tree)
 
     def _stream(self) -> None:
-        """Publish the changes of statuses since the last time."""
+        """Publish and record the changes of statuses since the last time."""
         told = self._log.take(self._mission, self.kit.now())
         if told is not None:
-            self.transitions.publish(told)
+            self._observation.take(self._mission, told)
+            if self.transitions.wanted:
+                self.transitions.publish(told)
 
     def _tell(self, kind: str, text: str, **details: Any) -> None:
         text = shown_text(text)
@@ -247,6 +265,16 @@ class Executor(Component):
     def mission_status(self, request: MissionRequest) -> MissionStatus:
         """Return the mission's status."""
         return self._status_now()
+
+    @service("mission/counts")
+    def mission_counts(self, request: MissionCountsRequest) -> MissionCounts:
+        """Return what each node has done since it is counted.
+
+        Raises:
+            RequestRefused: there is no tree, or nothing is counted.
+        """
+        self._loaded_tree()
+        return self._observation.counts(self._mission, self.kit.now(), request.reset)
 
     @service("mission/command")
     async def mission_command(self, command: MissionCommand) -> MissionStatus:
@@ -263,7 +291,9 @@ class Executor(Component):
         self._listen()
         try:
             if command.command is Command.CHECK:
-                await self._checks.check(self._commanded_source(command), *self._bases(ManualClock(self.kit.now())))
+                await self._checks.check(
+                    commanded_source(command, self.mission, self.main), *self._bases(ManualClock(self.kit.now()))
+                )
             else:
                 self._obey(command)
         except Illegal as error:
@@ -275,10 +305,10 @@ class Executor(Component):
 
     def _obey(self, command: MissionCommand) -> None:
         if command.command is Command.LOAD:
-            self._load(self._commanded_source(command))
+            self._load(commanded_source(command, self.mission, self.main))
         elif command.command is Command.SWAP:
             self._mission.check_swap()
-            self._swap(self._commanded_source(command))
+            self._swap(commanded_source(command, self.mission, self.main))
         elif command.command is Command.START:
             self._mission.start()
             self._tick_soon()
@@ -290,14 +320,6 @@ class Executor(Component):
             self._mission.step()
         else:
             self._mission.halt()
-
-    def _commanded_source(self, command: MissionCommand) -> Source:
-        if command.tree:
-            folder = str(Path(self.mission).parent) if self.mission else ""
-            return Source(text=command.tree, main=command.main, folder=folder)
-        if self.mission:
-            return Source(self.mission, main=command.main or self.main)
-        raise Illegal("there is no tree to load: give its XML, or set the parameter 'mission' to a file")
 
     def _load(self, source: Source) -> None:
         """Take the tree of a source; raises Unloadable, and the mission then stays as it is."""
@@ -334,10 +356,7 @@ class Executor(Component):
         Raises:
             RequestRefused: there is no tree, no such board or no such entry.
         """
-        try:
-            return read_board(self._loaded_tree(), request.board, request.key, self.kit.now())
-        except BoardRefusal as error:
-            raise RequestRefused(str(error), error.code) from None
+        return read_board(self._loaded_tree(), request.board, request.key, self.kit.now())
 
     @service("mission/write")
     def mission_write(self, request: WriteBlackboard) -> BlackboardEntries:
@@ -346,11 +365,7 @@ class Executor(Component):
         Raises:
             RequestRefused: there is no tree or no such board, or a value does not fit; nothing has been written.
         """
-        tree = self._loaded_tree()
-        try:
-            written = write_board(tree, request.board, request.values, self.kit.now())
-        except BoardRefusal as error:
-            raise RequestRefused(str(error), error.code) from None
+        written = write_board(self._loaded_tree(), request.board, request.values, self.kit.now())
         where = f"{request.board}: " if request.board else ""
         text = where + summary(request.values)
         self.kit.event("mission.written", text, values=request.values, board=request.board)
@@ -366,20 +381,12 @@ class Executor(Component):
 
     def snapshot(self) -> PlainValue:
         """Return where the tree came from, whether it runs, and the plain part of its root blackboard."""
-        tree = self._mission.tree
-        return {
-            "runs": self._start_again or self._mission.state is MissionState.RUNNING,
-            "file": self._source.file,
-            "text": self._source.text,
-            "main": self._source.main,
-            "folder": self._source.folder,
-            "blackboard": kept_blackboard(tree.blackboard) if tree else {},
-            "reflected": self._reflection.snapshot(),
-        }
+        runs = self._start_again or self._mission.state is MissionState.RUNNING
+        return kept_state(self._source, runs, self._mission.tree, self._reflection.snapshot())
 
     def restore(self, state: PlainValue) -> None:
         """Have the same mission again; it starts again if it was running, else it waits for a command."""
-        source = Source(state["file"], state["text"], state["main"], state["folder"])
+        source = kept_source(state)
         self._start_again = state["runs"]
         self._reflection.restore(state.get("reflected", {}))
         if source.text:
@@ -388,10 +395,5 @@ class Executor(Component):
             except Unloadable as error:
                 self.kit.event("mission.lost", f"the commanded tree cannot be loaded again: {error}")
         tree = self._mission.tree
-        if tree is None or source != self._source:
-            return
-        for key, value in state["blackboard"].items():
-            try:
-                tree.blackboard.set(key, value)
-            except BlackboardError as error:
-                self.kit.log.warning("blackboard entry not restored: %s", error)
+        if tree is not None and source == self._source:
+            restore_board(tree, state, self.kit.log.warning)

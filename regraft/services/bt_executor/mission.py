@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, Protocol
 
 from behavior_tree import FAILURE, RUNNING, SUCCESS, NodeError, Status, TransitionHook, Tree
-from regraft.bus_schema.messages.mission import MissionNode, MissionState
+from regraft.bus_schema.messages.mission import MissionCommand, MissionNode, MissionState
 from regraft.services.bt_executor.boards import carry_over
+from regraft.services.bt_executor.source import Source
 from regraft.services.bt_executor.structure import Structure
 
 MAX_TICKS_AT_ONCE = 100
@@ -22,6 +24,16 @@ UNDER_WAY = (MissionState.RUNNING, MissionState.PAUSED)
 
 class Illegal(Exception):
     """A command that makes no sense in the mission's state; the text states what would be right."""
+
+
+def commanded_source(command: MissionCommand, mission: str, main: str) -> Source:
+    """Return the tree that a command is about: its own, else that of the executor's parameters; raises Illegal."""
+    if command.tree:
+        folder = str(Path(mission).parent) if mission else ""
+        return Source(text=command.tree, main=command.main, folder=folder)
+    if mission:
+        return Source(mission, main=command.main or main)
+    raise Illegal("there is no tree to load: give its XML, or set the parameter 'mission' to a file")
 
 
 class EventReporter(Protocol):

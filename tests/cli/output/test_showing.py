@@ -38,7 +38,8 @@ from regraft.cli.system.logs import grown, tail
 from regraft.cli.system.ps import remark, shown_state
 from regraft.cli.terminal.output import harmless, plain_table, say, show_json
 from regraft.client import TopicSample
-from regraft.services.bt_executor.command_line import quality_line, tree_lines
+from regraft.services.bt_executor.authors.showing import tree_lines
+from regraft.services.bt_executor.command_line import quality_line
 
 CLOCK = ClockTime(40, 2_000_000_000, 9.8, ("a",))
 

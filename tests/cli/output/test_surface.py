@@ -79,6 +79,7 @@ ABOUT_NO_SYSTEM = {
     "regraft mission dot FILE",
     "regraft mission dry-run FILE",
     "regraft mission models",
+    "regraft mission replay RECORDING",
     "regraft skills check FILE",
     "regraft skills count FILE",
     "regraft skills generate FILE",

@@ -64,6 +64,13 @@ def test_another_tree_takes_over_with_the_blackboard(http: httpx.Client) -> None
     assert new["structure"] != old["structure"]
 
 
+def test_counts_are_shown_once_they_are_asked_for(http: httpx.Client, site: Site) -> None:
+    assert http.get("/mission/counts").status_code == 404
+    start(http, tree('<Script code="n := 7"/>', "Old"))
+    refused = http.get("/mission/counts")
+    assert (refused.status_code, "parameter 'counts'" in refused.json()["detail"]) == (409, True)
+
+
 def test_a_bad_tree_does_not_take_over(http: httpx.Client) -> None:
     assert http.post("/mission/swap", json={"tree": tree("")}).status_code == 409
     start(http, tree("", "Old"))

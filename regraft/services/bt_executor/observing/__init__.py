@@ -1,0 +1,1 @@
+"""Counts what nodes of a mission do, and records it."""
