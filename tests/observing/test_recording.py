@@ -81,6 +81,24 @@ def test_a_file_that_cannot_be_written_ends_the_recording_and_not_the_mission(tm
         assert status(rig).running == ("wait",)
 
 
+def test_a_file_that_is_no_recording_is_never_overwritten(tmp_path: Path) -> None:
+    path = tmp_path / "notes.txt"
+    path.write_text("do not lose me\n")
+    with Rig() as rig:
+        run(rig, tree(*BODY), record=str(path))
+        rig.advance(1.0)
+        assert status(rig).state.value == "running"
+        assert "mission.recorded" in kinds(rig)
+    assert path.read_text() == "do not lose me\n"
+
+
+def test_an_earlier_recording_is_replaced(file: Path) -> None:
+    with Rig() as rig:
+        run(rig, tree(BODY[2], name="Later"), record=str(file))
+        rig.advance(0.5)
+    assert {step.tree for step in steps_of(file)} == {"Later"}
+
+
 def test_a_full_file_ends_the_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(recording, "MAX_SIZE", 600)
     path, told = tmp_path / "run.jsonl", list[str]()

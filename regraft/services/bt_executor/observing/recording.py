@@ -55,6 +55,9 @@ class Recording:
         """Write the changes of one tick; ``nodes`` have their statuses after it."""
         if self._ended:
             return
+        if not self._size and not may_be_replaced(self._path):
+            self._end(f"'{self._path}' is there, and no recording: give the name of a new file")
+            return
         lines = [_batch_line(batch)]
         if batch.structure != self._structure:
             lines.insert(0, _tree_line(tree, nodes, batch))
@@ -74,6 +77,16 @@ class Recording:
     def _end(self, why: str) -> None:
         self._ended = True
         self._report(f"the recording ends: {why}")
+
+
+def may_be_replaced(path: Path) -> bool:
+    """Return whether a path is free, empty, or has an earlier recording: no other file is ever overwritten."""
+    if not path.exists():
+        return True
+    try:
+        return path.is_file() and (path.stat().st_size == 0 or next(steps(path), None) is not None)
+    except (OSError, Unreadable):
+        return False
 
 
 def _tree_line(tree: str, nodes: tuple[MissionNode, ...], batch: MissionTransitions) -> dict[str, Any]:
