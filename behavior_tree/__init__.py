@@ -37,7 +37,8 @@ from .errors import (
     TreeError,
     UnknownTypeError,
 )
-from .load import load_file, load_text
+from .library import TreeLibrary
+from .load import load_file, load_from_library, load_text
 from .mocking import mock_models
 from .node_registry import Registry
 from .nodes.control_node import Control
@@ -98,6 +99,7 @@ __all__ = [
     "TransitionHook",
     "Tree",
     "TreeError",
+    "TreeLibrary",
     "TreeObserver",
     "UInt8",
     "UInt16",
@@ -105,6 +107,7 @@ __all__ = [
     "UInt64",
     "UnknownTypeError",
     "load_file",
+    "load_from_library",
     "load_text",
     "mock_models",
     "read_manifests",

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from .clock import Clock, MonotonicClock
 from .data.blackboard import Blackboard
+from .library import TreeLibrary
 from .mocking import mock_unknown_types
 from .node_registry import Registry
 from .nodes.limits import Limits
@@ -31,6 +32,7 @@ def load_file(
     strict: bool = False,
     mock_unknown: bool = False,
     limits: Limits | None = None,
+    library: TreeLibrary | None = None,
 ) -> Tree:
     """Make a tree from a file.
 
@@ -47,6 +49,7 @@ def load_file(
         mock_unknown: Whether a node type that is not registered gets a mock, with a warning: by its model in a
             TreeNodesModel, else by how it is used; see `mock_models`.
         limits: How large the tree may be, if that is to be checked before any node is made.
+        library: Where sub-trees are that the file does not have.
 
     Raises:
         LoadError: The tree cannot be built; names file and line.
@@ -54,7 +57,7 @@ def load_file(
     collector = Collector(search_path, lenient, limits)
     collector.add_file(Path(path))
     collector.check_ids()
-    return _build(collector.collection, registry, main, clock, blackboard, mock_unknown, limits, strict)
+    return _build(collector.collection, registry, main, clock, blackboard, mock_unknown, limits, strict, library)
 
 
 def load_text(
@@ -70,6 +73,7 @@ def load_text(
     mock_unknown: bool = False,
     limits: Limits | None = None,
     folder: Path | None = None,
+    library: TreeLibrary | None = None,
 ) -> Tree:
     """Make a tree from XML text; relative includes start from a folder, by default the current one.
 
@@ -78,7 +82,30 @@ def load_text(
     collector = Collector(search_path, lenient, limits)
     collector.add_own_text(text, folder or Path())
     collector.check_ids()
-    return _build(collector.collection, registry, main, clock, blackboard, mock_unknown, limits, strict)
+    return _build(collector.collection, registry, main, clock, blackboard, mock_unknown, limits, strict, library)
+
+
+def load_from_library(
+    tree_id: str,
+    library: TreeLibrary,
+    registry: Registry,
+    *,
+    clock: Clock | None = None,
+    blackboard: Blackboard | None = None,
+    strict: bool = False,
+    mock_unknown: bool = False,
+    limits: Limits | None = None,
+) -> Tree:
+    """Make a tree of a library by its ID; only the trees that it uses are looked at.
+
+    See `load_file` for the other arguments.
+
+    Raises:
+        LoadError: There is no such tree, or it cannot be built.
+    """
+    if tree_id not in library.ids:
+        raise library.missing(tree_id)
+    return _build(TreeCollection(), registry, tree_id, clock, blackboard, mock_unknown, limits, strict, library)
 
 
 def _build(
@@ -90,7 +117,12 @@ def _build(
     mock_unknown: bool,
     limits: Limits | None,
     strict: bool,
+    library: TreeLibrary | None,
 ) -> Tree:
+    if library is not None:
+        # Chosen before trees of the library make a choice among several of it.
+        main = main or collection.named_main or collection.main_tree("")
+        library.complete(collection, main)
     if mock_unknown:
         registry = registry.copy()
         mock_unknown_types(registry, collection)

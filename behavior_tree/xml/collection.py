@@ -38,13 +38,27 @@ class TreeCollection:
     unversioned: set[str] = field(default_factory=set)
     warnings: list[str] = field(default_factory=list)
 
+    def include(self, other: "TreeCollection", tree_id: str) -> None:
+        """Take over what another collection knows for one of its trees: models, and doubts about its file."""
+        if tree_id in other.models:
+            self.models.setdefault(tree_id, other.models[tree_id])
+        for type_id, manifest in other.node_models.items():
+            self.node_models.setdefault(type_id, manifest)
+        self.unversioned |= other.unversioned
+        self.warnings += [warning for warning in other.warnings if warning not in self.warnings]
+
+    @property
+    def named_main(self) -> str:
+        """The ID of the tree to execute that the first document names, empty if it names none."""
+        return self.document.attributes.get("main_tree_to_execute", "") if self.document else ""
+
     def main_tree(self, wanted: str) -> str:
         """Return the ID of the tree to execute: the wanted one, the document's choice, or the only one.
 
         Raises:
             LoadError: There is no such tree, or no choice among several.
         """
-        chosen = wanted or (self.document.attributes.get("main_tree_to_execute", "") if self.document else "")
+        chosen = wanted or self.named_main
         if chosen:
             if chosen not in self.trees:
                 raise self._error(f"there is no tree '{chosen}'; there are {self._names()}")
@@ -72,6 +86,11 @@ class Collector:
         self._read: set[Path] = set()
         self._length = 0
         self._depth = 0
+
+    @property
+    def length(self) -> int:
+        """The characters read so far."""
+        return self._length
 
     def add_file(self, path: Path) -> None:
         """Read a file, unless it has been read already.

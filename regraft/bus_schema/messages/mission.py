@@ -202,7 +202,10 @@ class Command(Enum):
 @message("regraft/MissionCommand")
 @dataclass(frozen=True, slots=True)
 class MissionCommand:
-    """Command the executor; ``tree`` is the XML text to load or swap in, ``main`` the tree's ID in it."""
+    """Command the executor; ``tree`` is the XML text to load or swap in, ``main`` the tree's ID in it.
+
+    With ``main`` alone, the tree is that of the executor's own file or of its library.
+    """
 
     command: Command
     tree: Annotated[str, Text(1_000_000)] = ""

@@ -20,6 +20,7 @@ from behavior_tree import (
     Registry,
     Tree,
     TreeError,
+    TreeLibrary,
     UnknownTypeError,
     load_file,
     load_text,
@@ -118,12 +119,14 @@ def _models(file: str, warnings: list[str] | None) -> Collection[NodeManifest]:
     return manifests.values()
 
 
-def check(file: Path, registry: Registry, main: str = "", *, strict: bool = False) -> Report:
+def check(
+    file: Path, registry: Registry, main: str = "", *, strict: bool = False, library: TreeLibrary | None = None
+) -> Report:
     """Return all mistakes in a file's tree ``main``, by default the one that it executes.
 
-    If ``strict``, the scripts may have only what those of BehaviorTree.CPP have.
+    If ``strict``, the scripts may have only what those of BehaviorTree.CPP have. Sub-trees may be those of ``library``.
     """
-    first = _outcome(lambda: _from_file(file, registry, main, strict), file)
+    first = _outcome(lambda: _from_file(file, registry, main, strict, library), file)
     if isinstance(first, Report):
         return first
     if first.line == 0:
@@ -132,13 +135,14 @@ def check(file: Path, registry: Registry, main: str = "", *, strict: bool = Fals
         document = parse_document(decode(file.read_bytes()), "")
     except (TreeError, OSError, ValueError):
         return Report((first,), ())
-    report = _Search(file, registry, main, strict).run(document, first)
+    report = _Search(file, registry, main, strict, library).run(document, first)
     in_order = sorted(report.errors, key=lambda error: (error.file != str(file), error.file, error.line))
     return replace(report, errors=tuple(in_order))
 
 
-def _from_file(file: Path, registry: Registry, main: str, strict: bool) -> Tree:
-    return load_file(file, registry, main=main, blackboard=root_board(), limits=LIMITS, strict=strict)
+def _from_file(file: Path, registry: Registry, main: str, strict: bool, library: TreeLibrary | None) -> Tree:
+    board = root_board()
+    return load_file(file, registry, main=main, blackboard=board, limits=LIMITS, strict=strict, library=library)
 
 
 def root_board(clock: ManualClock | None = None) -> Blackboard:
@@ -174,8 +178,9 @@ def _finding(error: TreeError, file: Path) -> Finding:
 class _Search:
     """Looks for further errors in a document."""
 
-    def __init__(self, file: Path, registry: Registry, main: str, strict: bool) -> None:
+    def __init__(self, file: Path, registry: Registry, main: str, strict: bool, library: TreeLibrary | None) -> None:
         self._strict = strict
+        self._library = library
         self._file = file
         self._registry = registry
         self._main = main
@@ -206,6 +211,7 @@ class _Search:
     def _loaded(self, document: Element) -> Report | Finding:
         text = "".join(_texts(document, [1]))
         load = partial(load_text, text, self._registry, main=self._main, limits=LIMITS, strict=self._strict)
+        load = partial(load, library=self._library)
         return _outcome(partial(load, blackboard=root_board(), folder=self._file.parent), self._file)
 
 

@@ -40,12 +40,15 @@ from regraft.cli.terminal.options import JsonOption, RobotOption, SystemOption
 from regraft.cli.terminal.output import complain, say, seconds, show_json, show_table
 from regraft.services.bt_executor.authors import converting, drawing, replaying, trying
 from regraft.services.bt_executor.authors.file_text import mission_text
-from regraft.services.bt_executor.authors.options import MainOption, NodesOption, StackOption, TreeFile
+from regraft.services.bt_executor.authors.options import MainOption, NodesOption, StackOption, TreeFile, TreesOption
 from regraft.services.bt_executor.authors.showing import show_counts, tree_lines
 
 mission = typer.Typer(help="See, command, check and draw missions.", no_args_is_help=True, rich_markup_mode=None)
 
 
+TreeFileOrNone = Annotated[
+    Path | None, typer.Argument(metavar="[FILE]", help="BehaviorTree.CPP XML; without, --main names a known tree.")
+]
 CountsOption = Annotated[
     bool, typer.Option("--counts", help="Show the ticks and results of each node instead, if they are counted.")
 ]
@@ -100,14 +103,14 @@ def status(
 @mission.command("load")
 def load(
     ctx: typer.Context,
-    file: TreeFile,
+    file: TreeFileOrNone = None,
     main: MainOption = "",
     robot: RobotOption = "",
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Load a tree in place of the present one."""
-    _give_tree(ctx, robot, system, MissionCommand(Command.LOAD, mission_text(file), main), file, as_json)
+    """Load a tree in place of the present one, from a file or by its ID."""
+    _give_tree(ctx, robot, system, _with_tree(Command.LOAD, file, main), file, as_json)
 
 
 @mission.command("start")
@@ -141,14 +144,14 @@ def halt(ctx: typer.Context, robot: RobotOption = "", system: SystemOption = Non
 @mission.command("swap")
 def swap(
     ctx: typer.Context,
-    file: TreeFile,
+    file: TreeFileOrNone = None,
     main: MainOption = "",
     robot: RobotOption = "",
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Have another tree take over from the running one at once; the root blackboard is carried over."""
-    _give_tree(ctx, robot, system, MissionCommand(Command.SWAP, mission_text(file), main), file, as_json)
+    _give_tree(ctx, robot, system, _with_tree(Command.SWAP, file, main), file, as_json)
 
 
 @mission.command("get")
@@ -198,6 +201,7 @@ def check(
     nodes: NodesOption = None,
     main: MainOption = "",
     stack: StackOption = None,
+    trees: TreesOption = None,
     strict: Annotated[
         bool, typer.Option("--strict", help="Take no scripts that BehaviorTree.CPP would refuse.")
     ] = False,
@@ -206,11 +210,11 @@ def check(
     """Load a tree without a system, and report what is wrong where."""
     # The engine is loaded only here: every command of regraft pays for the imports at the top.
     from regraft.services.bt_executor import checking
-    from regraft.services.bt_executor.authors.known_types import known_to_authors
+    from regraft.services.bt_executor.authors.known_types import known_to_authors, library_known
 
     doubts: list[str] = []
     registry = known_to_authors(nodes or [], stack, file, doubts)
-    report = checking.check(file, registry, main, strict=strict)
+    report = checking.check(file, registry, main, strict=strict, library=library_known(trees, stack))
     report = replace(report, warnings=(*doubts, *report.warnings))
     if as_json:
         show_json(asdict(report))
@@ -242,14 +246,20 @@ def _command(ctx: typer.Context, robot: str, system: str | None, command: Missio
         say(headline(found))
 
 
+def _with_tree(command: Command, file: Path | None, main: str) -> MissionCommand:
+    if file is None and not main:
+        raise BadInput(f"there is no tree to {command.value}: name a file, or by --main a tree of the library")
+    return MissionCommand(command, mission_text(file) if file is not None else "", main)
+
+
 def _give_tree(
-    ctx: typer.Context, robot: str, system: str | None, command: MissionCommand, file: Path, as_json: bool
+    ctx: typer.Context, robot: str, system: str | None, command: MissionCommand, file: Path | None, as_json: bool
 ) -> None:
     """Give a command with a tree; the executor knows its text only, so the file is named here."""
     try:
         _command(ctx, robot, system, command, as_json)
     except CallFailed as error:
-        problem = error.problem.replace("<text>:", f"{file}:")
+        problem = error.problem.replace("<text>:", f"{file}:") if file is not None else error.problem
         raise CallFailed(error.service, error.answer, problem, code=error.code) from None
 
 

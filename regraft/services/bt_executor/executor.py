@@ -6,7 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, ClassVar
 
-from behavior_tree import Blackboard, Clock, ManualClock, Registry, Tree
+from behavior_tree import Blackboard, Clock, ManualClock, Registry, Tree, TreeLibrary
 from regraft import (
     Component,
     Future,
@@ -51,7 +51,7 @@ from regraft.services.bt_executor.observing.observation import Observation
 from regraft.services.bt_executor.plain_values import shown_text
 from regraft.services.bt_executor.quality.latest_qualities import LatestQualities
 from regraft.services.bt_executor.report import mission_status
-from regraft.services.bt_executor.source import Source, Unloadable
+from regraft.services.bt_executor.source import Source, Unloadable, library_of
 from regraft.services.bt_executor.state import kept_source, kept_state, restore_board
 from regraft.services.bt_executor.transitions import TransitionLog
 from regraft.services.bt_executor.tree_checks import TreeChecks
@@ -79,7 +79,8 @@ class Executor(Component):
     """Return the entries that the inputs give the root blackboard; a subclass with further inputs adds to them."""
 
     mission = Parameter("", "the file with the tree; without one a tree is loaded by command", unit="path", exists=True)
-    main = Parameter("", "ID of the tree to run, by default that of the file")
+    main = Parameter("", "ID of the tree to run, by default that of the file; without a file, one of the library's")
+    trees = Parameter("", "folder or file of a library of trees", unit="path", read_only=True)
     rate = Parameter(10.0, "ticks a second", minimum=0.1, maximum=200.0, unit="Hz")
     autostart = Parameter(True, "whether the mission starts when the component is activated")
     nodes = Parameter(
@@ -120,6 +121,7 @@ class Executor(Component):
         self._source = Source()
         self._reflection = BlackboardFeed(self.kit.inputs, self.reflected, self.kit.event)
         self._registry: Registry | None = None
+        self._library = TreeLibrary()
         self._qualities = LatestQualities()
         self._is_active = False
         self._checks = TreeChecks(self.kit)
@@ -139,8 +141,9 @@ class Executor(Component):
         self._qualities = context.qualities
         registry = node_types(context, self.nodes.split())
         self._registry = with_mocks(registry, Path(self.mocks)) if self.mocks else registry
-        self._start_again = self.autostart and bool(self.mission)
-        if self.mission:
+        self._library = library_of([self.trees] if self.trees else [])
+        self._start_again = self.autostart and bool(self.mission or self.main)
+        if self.mission or self.main:
             self._load(Source(self.mission, main=self.main))
 
     def on_activate(self) -> None:
@@ -166,7 +169,7 @@ class Executor(Component):
         """Load another mission, and start it if one was running, or none was there; raises Unloadable."""
         if changed & {"counts", "record"}:
             self._observe("record" in changed)
-        if not changed & {"mission", "main"} or not self.mission or self._registry is None:
+        if not changed & {"mission", "main"} or not (self.mission or self.main) or self._registry is None:
             return
         before = self._mission.state
         self._listen()
@@ -291,9 +294,8 @@ class Executor(Component):
         self._listen()
         try:
             if command.command is Command.CHECK:
-                await self._checks.check(
-                    commanded_source(command, self.mission, self.main), *self._bases(ManualClock(self.kit.now()))
-                )
+                source = commanded_source(command, self.mission, self.main)
+                await self._checks.check(source, *self._bases(ManualClock(self.kit.now())), self._library)
             else:
                 self._obey(command)
         except Illegal as error:
@@ -343,7 +345,7 @@ class Executor(Component):
 
     def _made(self, source: Source) -> Tree:
         registry, board = self._bases(self.kit)
-        tree = source.load(registry, board)
+        tree = source.load(registry, board, library=self._library)
         self._reflection.declare_others(board)
         return tree
 
@@ -389,7 +391,7 @@ class Executor(Component):
         source = kept_source(state)
         self._start_again = state["runs"]
         self._reflection.restore(state.get("reflected", {}))
-        if source.text:
+        if source != self._source and not source.file:
             try:
                 self._load(source)
             except Unloadable as error:

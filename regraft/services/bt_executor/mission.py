@@ -27,13 +27,17 @@ class Illegal(Exception):
 
 
 def commanded_source(command: MissionCommand, mission: str, main: str) -> Source:
-    """Return the tree that a command is about: its own, else that of the executor's parameters; raises Illegal."""
+    """Return the tree that a command is about: its own, else that of the executor's parameters or library.
+
+    Raises:
+        Illegal: there is none.
+    """
     if command.tree:
         folder = str(Path(mission).parent) if mission else ""
         return Source(text=command.tree, main=command.main, folder=folder)
-    if mission:
+    if mission or command.main or main:
         return Source(mission, main=command.main or main)
-    raise Illegal("there is no tree to load: give its XML, or set the parameter 'mission' to a file")
+    raise Illegal("there is no tree to load: give its XML or ID, or set the parameter 'mission' to a file")
 
 
 class EventReporter(Protocol):

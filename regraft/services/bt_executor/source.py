@@ -2,11 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
+from importlib.metadata import entry_points
+from importlib.util import find_spec
 from pathlib import Path
+from typing import Final
 
-from behavior_tree import Blackboard, Limits, Registry, Tree, TreeError, load_file, load_text
+from behavior_tree import (
+    Blackboard,
+    Limits,
+    Registry,
+    Tree,
+    TreeError,
+    TreeLibrary,
+    load_file,
+    load_from_library,
+    load_text,
+)
 
+TREE_ENTRY_POINTS: Final = "regraft.trees"
+"""The entry point group of trees from packages: each names the package whose folder has XML files."""
 MAX_TEXT_LENGTH = 10_000
 """Characters of one path or port."""
 LIMITS = Limits(xml=250_000, nodes=10_000, characters=250_000, text=MAX_TEXT_LENGTH)
@@ -28,6 +45,8 @@ class Source:
         text: The XML text, empty where there is a file.
         main: The ID of the tree to execute, by default what the XML states.
         folder: Where relative includes of text start from.
+
+    Without file and text, the tree is that of the library with the ID ``main``.
     """
 
     file: str = ""
@@ -35,25 +54,57 @@ class Source:
     main: str = ""
     folder: str = ""
 
-    def load(self, registry: Registry, board: Blackboard, limits: Limits = LIMITS) -> Tree:
-        """Make the tree, with ``board`` as its top blackboard and source of time.
+    def load(
+        self, registry: Registry, board: Blackboard, limits: Limits = LIMITS, library: TreeLibrary | None = None
+    ) -> Tree:
+        """Make the tree, with ``board`` as its top blackboard and source of time, and sub-trees of ``library``.
 
         Raises:
             Unloadable: it cannot be built.
         """
         try:
-            tree = self._loaded(registry, board, limits)
+            tree = self._loaded(registry, board, limits, library or TreeLibrary())
             check_size(tree)
             return tree
         except TreeError as error:
             node = f" (node '{error.node}')" if error.node and error.node not in str(error) else ""
             raise Unloadable(f"{error}{node}") from error
 
-    def _loaded(self, registry: Registry, board: Blackboard, limits: Limits) -> Tree:
-        if self.file:
-            return load_file(self.file, registry, main=self.main, blackboard=board, limits=limits)
-        folder = Path(self.folder or ".")
-        return load_text(self.text, registry, main=self.main, blackboard=board, folder=folder, limits=limits)
+    def _loaded(self, registry: Registry, board: Blackboard, limits: Limits, library: TreeLibrary) -> Tree:
+        if not (self.file or self.text):
+            return load_from_library(self.main, library, registry, blackboard=board, limits=limits)
+        load = partial(load_file, self.file) if self.file else partial(load_text, self.text, folder=Path(self.folder))
+        return load(registry, main=self.main, blackboard=board, limits=limits, library=library)
+
+
+def library_of(paths: Iterable[str | Path]) -> TreeLibrary:
+    """Return the trees of installed packages, and those of folders and files; raises Unloadable.
+
+    A package has an entry point of the group `TREE_ENTRY_POINTS`, which names the package whose folder has its trees.
+    """
+    library = TreeLibrary(limits=LIMITS)
+    found = entry_points(group=TREE_ENTRY_POINTS)
+    packages = [(entry.value, _folder(entry.value)) for entry in sorted(found, key=lambda entry: entry.name)]
+    try:
+        for place, folder in packages:
+            if folder is None:
+                raise Unloadable(f"there is no package {place!r}, whose trees are to be in the library")
+            library.add_folder(folder)
+        for path in paths:
+            if not Path(path).exists():
+                raise Unloadable(f"trees: '{path}': there is no such file or folder")
+            (library.add_folder if Path(path).is_dir() else library.add_file)(path)
+    except TreeError as error:
+        raise Unloadable(str(error)) from None
+    return library
+
+
+def _folder(package: str) -> Path | None:
+    """Return where a package is, without importing any part of it."""
+    top, *inside = package.split(".")
+    spec = find_spec(top)
+    places = spec.submodule_search_locations if spec is not None else None
+    return Path(next(iter(places)), *inside) if places else None
 
 
 def check_size(tree: Tree) -> None:

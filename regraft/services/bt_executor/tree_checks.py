@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from behavior_tree import Blackboard, Registry
+from behavior_tree import Blackboard, Registry, TreeLibrary
 from regraft import RefusalCode, RequestRefused
 from regraft.services.bt_executor.source import LIMITS, Source
 
@@ -25,7 +25,9 @@ class TreeChecks:
         self._kit = kit
         self._under_way = 0
 
-    async def check(self, source: Source, registry: Registry, board: Blackboard) -> None:
+    async def check(
+        self, source: Source, registry: Registry, board: Blackboard, library: TreeLibrary | None = None
+    ) -> None:
         """Make the tree of a source while the mission continues.
 
         Raises:
@@ -36,6 +38,6 @@ class TreeChecks:
             raise RequestRefused(f"{self._under_way} trees are being checked: check this one later", RefusalCode.BUSY)
         self._under_way += 1
         try:
-            await self._kit.compute(source.load, registry, board, CHECK_LIMITS)
+            await self._kit.compute(source.load, registry, board, CHECK_LIMITS, library)
         finally:
             self._under_way -= 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from regraft.cli.stack.drawing import GraphOption, show_graph
 from regraft.cli.terminal.output import complain, say
-from regraft.services.bt_executor.authors.options import MainOption, NodesOption, StackOption, TreeFile
+from regraft.services.bt_executor.authors.options import MainOption, NodesOption, StackOption, TreeFile, TreesOption
 
 
 def models(nodes: NodesOption = None, stack: StackOption = None) -> None:
@@ -25,16 +25,17 @@ def dot(
     main: MainOption = "",
     nodes: NodesOption = None,
     stack: StackOption = None,
+    trees: TreesOption = None,
     out: GraphOption = None,
 ) -> None:
     """Draw a tree as a graph, in Graphviz's language or as a picture; unknown node types are drawn as they are used."""
     from behavior_tree import dot as graphviz
-    from regraft.services.bt_executor.authors.known_types import known_to_authors
+    from regraft.services.bt_executor.authors.known_types import known_to_authors, library_known
     from regraft.services.bt_executor.authors.reading import loaded
 
     doubts: list[str] = []
     registry = known_to_authors(nodes or [], stack, file, doubts)
-    tree = loaded(file, registry, main)
+    tree = loaded(file, registry, main, library=library_known(trees, stack))
     for doubt in (*doubts, *tree.warnings):
         complain(f"warning: {doubt}")
     show_graph(graphviz.dot(tree), out)

@@ -7,7 +7,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from behavior_tree import RUNNING, ManualClock, Node, NodeCounts, NodeError, Registry, Tree, TreeObserver, status_name
+from behavior_tree import (
+    RUNNING,
+    ManualClock,
+    Node,
+    NodeCounts,
+    NodeError,
+    Registry,
+    Tree,
+    TreeLibrary,
+    TreeObserver,
+    status_name,
+)
 from behavior_tree.mocking import mock_outside
 from behavior_tree.status import COMPLETED, FAILURE, SUCCESS, Status
 from behavior_tree.substitution import MockAction, MockCondition, MockControl, MockDecorator
@@ -68,6 +79,7 @@ def dry_run(
     *,
     mocks: Path | None = None,
     main: str = "",
+    library: TreeLibrary | None = None,
     entries: Mapping[str, PlainValue],
     seconds: float,
 ) -> DryRun:
@@ -78,6 +90,7 @@ def dry_run(
         registry: The node types; those that act on what is outside the tree are mocked.
         mocks: A file with rules of what else takes nodes' places.
         main: The ID of the tree, by default that of the file.
+        library: Where sub-trees are that the file does not have.
         entries: Values that are written to the root blackboard first.
         seconds: The longest time, by the tree's clock.
 
@@ -90,7 +103,7 @@ def dry_run(
         raise BadInput(str(unloadable)) from None
     mock_outside(registry)
     clock = ManualClock()
-    tree = loaded(file, registry, main, clock)
+    tree = loaded(file, registry, main, clock, library)
     if entries:
         try:
             write_board(tree, "", entries, 0.0)

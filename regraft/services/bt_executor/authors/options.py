@@ -17,7 +17,11 @@ NodesOption = Annotated[
         help="Further node types: a file with a TreeNodesModel, or where classes are; may be repeated.",
     ),
 ]
+TreesOption = Annotated[
+    list[Path] | None,
+    typer.Option("--trees", metavar="PATH", help="A file or folder of further trees, a library; may be repeated."),
+]
 StackOption = Annotated[
     Path | None,
-    typer.Option("--stack", metavar="STACK", help="A stack whose mission executors know further node types."),
+    typer.Option("--stack", metavar="STACK", help="A stack whose mission executors know further node types and trees."),
 ]

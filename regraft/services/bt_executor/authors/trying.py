@@ -13,7 +13,7 @@ from regraft.cli.terminal.numbers import seconds
 from regraft.cli.terminal.options import JsonOption
 from regraft.cli.terminal.output import complain, say, show_json, show_table
 from regraft.cli.terminal.values import assignments
-from regraft.services.bt_executor.authors.options import MainOption, NodesOption, StackOption, TreeFile
+from regraft.services.bt_executor.authors.options import MainOption, NodesOption, StackOption, TreeFile, TreesOption
 
 if TYPE_CHECKING:
     from regraft.services.bt_executor.authors.dry_run import DryRun, NodeRun
@@ -41,6 +41,7 @@ def dry_run(
     main: MainOption = "",
     nodes: NodesOption = None,
     stack: StackOption = None,
+    trees: TreesOption = None,
     entries: SetOption = None,
     longest: ForOption = 600.0,
     as_json: JsonOption = False,
@@ -50,12 +51,13 @@ def dry_run(
     The exit code is 1 unless the tree succeeds.
     """
     from regraft.services.bt_executor.authors import dry_run as running
-    from regraft.services.bt_executor.authors.known_types import known_to_authors
+    from regraft.services.bt_executor.authors.known_types import known_to_authors, library_known
 
     given = assignments(entries or [], "--set ")
     doubts: list[str] = []
     registry = known_to_authors(nodes or [], stack, file, doubts)
-    done = running.dry_run(file, registry, mocks=mocks, main=main, entries=given, seconds=longest)
+    library = library_known(trees, stack)
+    done = running.dry_run(file, registry, mocks=mocks, main=main, library=library, entries=given, seconds=longest)
     if as_json:
         show_json(asdict(done))
     else:
