@@ -100,11 +100,7 @@ class Executor(Component):
         ReflectedEntries, latest_only=True, required=False, description="for the entries that the stack maps"
     )
     architecture = Input(
-        Architecture,
-        topic="/architecture",
-        latest_only=True,
-        required=False,
-        description="for adapt decorators: whether all is as they want",
+        Architecture, topic="/architecture", latest_only=True, required=False, description="for adapt decorators"
     )
     status = Output(MissionStatus, topic="mission", description="the mission, once a second and when its state changes")
     transitions = Output(
