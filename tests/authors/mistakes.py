@@ -10,7 +10,7 @@ MISSION_OPTIONS: list[tuple[str, str]] = [
     ("mission check right --nodes regraft.services.nods:X", "services"),
     ("mission check right --trees nowhere", "no such file or folder"),
     ("mission load", "name a file, or by --main a tree"),
-    ("mission swap --main Patrl", "did you mean"),
+    ("mission swap --main Patrl", "there is no tree 'Patrl'"),
     ("mission models --nodes regraft.services.nods:X", "services"),
     ("mission models --stack STACk", "no such file"),
     ("mission dot right --main Patrl", "Patrl"),
