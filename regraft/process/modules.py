@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import importlib
+import importlib.util
 import os
 import pkgutil
 import sys
@@ -129,3 +130,11 @@ def _other_file(found: ModuleType, name: str) -> Path | None:
             if file.is_file() and not places & {file.resolve(), *file.resolve().parents}:
                 return file
     return None
+
+
+def package_folder(package: str) -> Path | None:
+    """Return where a package is, without importing any part of it."""
+    top, *inside = package.split(".")
+    spec = importlib.util.find_spec(top)
+    places = spec.submodule_search_locations if spec is not None else None
+    return Path(next(iter(places)), *inside) if places else None

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from functools import cache
 from importlib.metadata import entry_points
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
 from regraft.bus_schema.suggestions import near
+from regraft.process.modules import package_folder
 
 ENTRY_POINTS: Final = "regraft.stacks"
 """The entry point group of stacks: each names the package whose folder has a ``stack.yaml``."""
@@ -53,13 +53,13 @@ def installed_robots() -> list[str]:
 def packages() -> dict[str, str]:
     """Return the folders of the packages that have installed stacks and robots, by their names."""
     entries = (*entry_points(group=ENTRY_POINTS), *entry_points(group=ROBOT_ENTRY_POINTS))
-    found = {name: _folder(name) for name in sorted({entry.value.split(".")[0] for entry in entries})}
+    found = {name: package_folder(name) for name in sorted({entry.value.split(".")[0] for entry in entries})}
     return {name: str(folder) for name, folder in found.items() if folder is not None}
 
 
 def _installed(named: Path, group: str) -> Path | None:
     name, *inside = named.parts or ("",)
-    folder = next((_folder(entry.value) for entry in entry_points(group=group, name=name)), None)
+    folder = next((package_folder(entry.value) for entry in entry_points(group=group, name=name)), None)
     if folder is None:
         return None
     path = folder.joinpath(*inside)
@@ -67,11 +67,3 @@ def _installed(named: Path, group: str) -> Path | None:
         return path.relative_to(Path.cwd())
     except (OSError, ValueError):  # the current folder is gone, or the stack is elsewhere
         return path
-
-
-def _folder(package: str) -> Path | None:
-    """Return where a package is, without importing any part of it."""
-    top, *inside = package.split(".")
-    spec = find_spec(top)
-    places = spec.submodule_search_locations if spec is not None else None
-    return Path(next(iter(places)), *inside) if places else None

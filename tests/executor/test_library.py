@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from importlib.metadata import EntryPoint
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
@@ -78,8 +77,10 @@ def test_a_package_brings_trees_by_an_entry_point(trees: Path, tmp_path: Path, m
     monkeypatch.setattr(source, "entry_points", lambda group: entries if group == source.TREE_ENTRY_POINTS else [])
     with pytest.raises(Unloadable, match=r"no package 'somebodys_package\.trees'"):
         library_of([])
-    found = SimpleNamespace(submodule_search_locations=[str(tmp_path)])
-    monkeypatch.setattr(source, "find_spec", lambda name: found if name == "somebodys_package" else None)
+    installed = tmp_path / "site"
+    installed.mkdir()
+    (installed / "somebodys_package").symlink_to(tmp_path)
+    monkeypatch.syspath_prepend(str(installed))
     assert library_of([]).ids == ("Patrol", "Rest")
 
 

@@ -51,8 +51,8 @@ def bench() -> Iterator[Bench]:
         yield Bench.of(rig)
 
 
-def validity(bench: Bench, path: Path, **more: object) -> PathValidity:
-    return bench.rig.call("is_path_valid", ValidatePath(path, **more), PathValidity)  # type: ignore[arg-type]
+def validity(bench: Bench, path: Path, **more: Any) -> PathValidity:
+    return bench.rig.call("is_path_valid", ValidatePath(path, **more), PathValidity)
 
 
 def costs(bench: Bench, *places: tuple[float, float], outline: bool = False) -> tuple[float, ...]:

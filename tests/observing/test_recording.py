@@ -1,4 +1,4 @@
-"""What a mission does is recorded to a file, and shown again from it."""
+"""Changes of a mission are recorded to a file, and shown again from it."""
 
 from __future__ import annotations
 

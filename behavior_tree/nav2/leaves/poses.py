@@ -92,8 +92,8 @@ def _length(places: Sequence[Position]) -> float:
 
 
 def _field(feedback: Any, name: str) -> float:
-    value = feedback.get(name) if isinstance(feedback, dict) else getattr(feedback, name, None)
+    value: Any = feedback.get(name) if isinstance(feedback, dict) else getattr(feedback, name, None)
     try:
-        return float(value)  # type: ignore[arg-type]
+        return float(value)
     except (TypeError, ValueError):
         raise ValueError(f"{feedback!r} is no tracking feedback; it needs {name}") from None

@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import entry_points
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
@@ -21,6 +20,7 @@ from behavior_tree import (
     load_from_library,
     load_text,
 )
+from regraft.process.modules import package_folder
 
 TREE_ENTRY_POINTS: Final = "regraft.trees"
 """The entry point group of trees from packages: each names the package whose folder has XML files."""
@@ -84,7 +84,7 @@ def library_of(paths: Iterable[str | Path]) -> TreeLibrary:
     """
     library = TreeLibrary(limits=LIMITS)
     found = entry_points(group=TREE_ENTRY_POINTS)
-    packages = [(entry.value, _folder(entry.value)) for entry in sorted(found, key=lambda entry: entry.name)]
+    packages = [(entry.value, package_folder(entry.value)) for entry in sorted(found, key=lambda entry: entry.name)]
     try:
         for place, folder in packages:
             if folder is None:
@@ -97,14 +97,6 @@ def library_of(paths: Iterable[str | Path]) -> TreeLibrary:
     except TreeError as error:
         raise Unloadable(str(error)) from None
     return library
-
-
-def _folder(package: str) -> Path | None:
-    """Return where a package is, without importing any part of it."""
-    top, *inside = package.split(".")
-    spec = find_spec(top)
-    places = spec.submodule_search_locations if spec is not None else None
-    return Path(next(iter(places)), *inside) if places else None
 
 
 def check_size(tree: Tree) -> None:

@@ -1,4 +1,4 @@
-"""What scripts and ports can beyond BehaviorTree.CPP's, and that strict trees cannot."""
+"""Scripts and ports can more than BehaviorTree.CPP's, but not in strict trees."""
 
 from typing import Any
 

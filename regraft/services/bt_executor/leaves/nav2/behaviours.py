@@ -15,10 +15,9 @@ from regraft.bus_schema.messages.nav2.motions import (
     Spin,
     Wait,
 )
-from regraft.services.bt_executor.leaves.asking_leaf import Asking
 from regraft.services.bt_executor.leaves.context import Asked
 from regraft.services.bt_executor.leaves.nav2.recoveries import count_recovery
-from regraft.services.bt_executor.leaves.nav2.server_leaf import PATIENCE, ServerAction
+from regraft.services.bt_executor.leaves.nav2.server_leaf import ServerAction, ServerLeaf
 
 ALLOWANCE = "seconds until it counts as failed; 0 is no limit"
 CHECKS = "whether it may run into things"
@@ -111,20 +110,17 @@ class AssistedTeleopLeaf(_Behaviour):
         return self.give(AssistedTeleop(self.time_allowance), MotionDone, MotionProgress)
 
 
-class _CancelLeaf(Asking):
+class _CancelLeaf(ServerLeaf):
     """Ends the goal that an action pursues, of any client; succeeds also where it pursues none."""
 
     server: ClassVar[str]
 
     server_name = Input(str, default="", description="the action; by default that of Nav2's name")
-    server_timeout = Input(float, default=0.0, description="how long to wait for the server, in ms; 0 is 5 s")
 
     def ask(self) -> Asked[Any]:
         """Call the action's service that cancels."""
-        timeout = self.server_timeout / 1000.0 or PATIENCE
-        return self.context.call(
-            f"{self.server_name or self.server}/cancel", CancelGoals(), GoalsCancelled, timeout=timeout
-        )
+        service = f"{self.server_name or self.server}/cancel"
+        return self.context.call(service, CancelGoals(), GoalsCancelled, timeout=self.patience)
 
     def answered(self, answer: GoalsCancelled) -> Status:
         """Succeed."""

@@ -16,8 +16,8 @@ PATIENCE = 5.0
 """s until a goal is accepted or a service has answered, unless ``server_timeout`` states otherwise."""
 
 
-class _ServerLeaf(Asking):
-    """The base of both: how long to wait for the server."""
+class ServerLeaf(Asking):
+    """The base: how long to wait for the server."""
 
     server_timeout = Input(float, default=0.0, description="how long to wait for the server, in ms; 0 is 5 s")
 
@@ -28,7 +28,7 @@ class _ServerLeaf(Asking):
         return given / 1000.0 if given > 0.0 else PATIENCE
 
 
-class ServerAction(_ServerLeaf):
+class ServerAction(ServerLeaf):
     """Gives a server a goal. A halt cancels it; a goal that somebody else cancelled is a SUCCESS, as in Nav2.
 
     The error code stays readable after the end, 0 after a success.
@@ -84,7 +84,7 @@ class ServerAction(_ServerLeaf):
         return SUCCESS
 
 
-class ServerCall(_ServerLeaf):
+class ServerCall(ServerLeaf):
     """Calls a service; unlike other actions, it calls it again when it is ticked after its end.
 
     Attributes:

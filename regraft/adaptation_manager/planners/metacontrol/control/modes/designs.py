@@ -44,6 +44,7 @@ class Designs:
         chosen = (name for name, design in model.designs.items() if not design.is_rest)
         self._by_design = {name: _mode_of(name, model, architecture, scope) for name in chosen}
         self._by_mode = {each.mode: each for each in self._by_design.values() if each.mode}
+        self._without_mode = {name: each.problem for name, each in self._by_design.items() if each.problem}
         self._claimed_by: dict[str, list[str]] = {}
         for name, each in self._by_design.items():
             for component in each.claims:
@@ -66,7 +67,7 @@ class Designs:
 
     def missing(self) -> tuple[str, ...]:
         """Return why designs have no mode."""
-        return tuple(each.problem for each in self._by_design.values() if each.problem)
+        return tuple(self._without_mode.values())
 
     def removed(self, architecture: Architecture) -> frozenset[str]:
         """Return the components that designs change, and that the stack does not have any more."""
@@ -74,7 +75,7 @@ class Designs:
 
     def unavailable(self, architecture: Architecture) -> dict[str, str]:
         """Return the designs that cannot be entered in the stack as it is, and why: no mode, or no component."""
-        found = {name: each.problem for name, each in self._by_design.items() if each.problem}
+        found = dict(self._without_mode)
         for component in sorted(self.removed(architecture)):
             why = f"the component {component!r} was removed from the stack"
             found |= {name: why for name in self._claimed_by.get(component, ()) if name not in found}
