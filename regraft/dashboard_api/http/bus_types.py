@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from itertools import islice
 from typing import Annotated, Any, Final, TypeVar
 
-from pydantic import GetCoreSchemaHandler, PlainValidator, ValidationError, WithJsonSchema
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, PlainValidator, ValidationError, WithJsonSchema
 from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, core_schema
 
 from regraft.bus_schema.encoding.records import attributes_of, record_shape
@@ -59,9 +59,7 @@ def checked(shape: Shape, also: JsonSchema = NOTHING) -> Any:
             return shape.unpack(plain)
         except BadMessage as error:
             kind = COMBINATION if isinstance(error, BadCombination) else MISFIT
-            misfit = PydanticCustomError(kind, "{why}", {"why": error.why})
-            details = InitErrorDetails(type=misfit, loc=error.where, input=None)
-            raise ValidationError.from_exception_data("misfit", [details]) from None
+            raise _misfit(kind, error.why, error.where) from None
 
     return Annotated[Any, PlainValidator(unpack), WithJsonSchema(_bounded(shape.json_schema()) | also)]
 
@@ -99,10 +97,12 @@ class Fields:
     """The content of a body, in ``Annotated[JsonObject, Fields(...)]``: an object of these fields and no others.
 
     The route receives the fields that were given, by attribute; it knows the others of the record itself.
+    Of the fields in ``any_of`` at least one has to be given.
     """
 
     name: str
     by_name: Mapping[str, BodyField] = field(default_factory=dict)
+    any_of: tuple[str, ...] = ()
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         fields = core_schema.typed_dict_schema(
@@ -117,12 +117,22 @@ class Fields:
         )
         return core_schema.no_info_wrap_validator_function(self._check, fields)
 
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchema:
+        reference = handler(schema)
+        if self.any_of:
+            handler.resolve_ref_schema(reference)["anyOf"] = [{"required": [name]} for name in self.any_of]
+        return reference
+
     def _check(self, plain: Any, check: Callable[[Any], JsonObject]) -> _Checked:
         if isinstance(plain, dict) and len(plain) > len(self.by_name) + MAX_TOLD:
             # Pydantic makes an error of each: for 90,000 names that took seconds, in which no other thread ran.
             unknown = islice((name for name in plain if name not in self.by_name), MAX_TOLD + 1)
             plain = {name: plain[name] for name in (*self.by_name, *unknown) if name in plain}
-        return _check_once(plain, check)
+        fields = _check_once(plain, check)
+        if self.any_of and not any(self.by_name[name].attribute in fields for name in self.any_of):
+            why = f"is missing: give {' or '.join(self.any_of)}"
+            raise _misfit(MISFIT, why, (self.any_of[0],))
+        return fields
 
 
 @dataclass(frozen=True)
@@ -134,6 +144,11 @@ class Values:
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         values = handler.generate_schema(checked(MapShape(self.shape)))
         return core_schema.no_info_wrap_validator_function(_check_once, values)
+
+
+def _misfit(kind: Any, why: str, where: tuple[str, ...]) -> ValidationError:
+    details = InitErrorDetails(type=PydanticCustomError(kind, "{why}", {"why": why}), loc=where, input=None)
+    return ValidationError.from_exception_data("misfit", [details])
 
 
 def _check_once(plain: Any, check: Callable[[Any], JsonObject]) -> _Checked:

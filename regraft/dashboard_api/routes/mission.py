@@ -24,14 +24,16 @@ from regraft.bus_schema.model.robots.executors import BLACKBOARD, COMMAND, COUNT
 from regraft.dashboard_api.backend.missions import Missions
 from regraft.dashboard_api.http.body import JsonRoute
 from regraft.dashboard_api.http.bus_types import BodyField, Fields, JsonObject, Shown, Values, fields_of
-from regraft.dashboard_api.http.problems import declared, malformed, violation
+from regraft.dashboard_api.http.problems import declared
 from regraft.dashboard_api.routes.bodies import NoBody, example
 
-TEXTS = fields_of(MissionCommand, without=["command"], also={"tree": {"minLength": 1}})
-Tree = TEXTS["tree"].kind
+TEXTS = fields_of(MissionCommand, "tree", "main", also={"tree": {"minLength": 1}, "main": {"minLength": 1}})
+TEXTS_GIVEN = {
+    name: BodyField(name, Annotated[text.kind, Field(min_length=1)], required=False) for name, text in TEXTS.items()
+}
 TreeBody = Annotated[
     JsonObject,
-    Fields("TreeBody", TEXTS | {"tree": BodyField("tree", Annotated[Tree, Field(min_length=1)], required=False)}),
+    Fields("TreeBody", TEXTS_GIVEN, any_of=("tree", "main")),
     example({"tree": '<root BTCPP_format="4"><BehaviorTree ID="Main"><AlwaysSuccess/></BehaviorTree></root>'}),
 ]
 EntriesBody = Annotated[JsonObject, Values(shape_of(PlainValue)), example({"charging_wanted": 1})]
@@ -92,18 +94,11 @@ def routes(missions: Missions) -> APIRouter:
     return router
 
 
-def _check_tree(body: dict[str, PlainValue]) -> None:
-    """Make sure that a body has a tree, or names one; raises Problem."""
-    if not body.get("tree") and not body.get("main"):
-        raise malformed(violation("tree", "is missing: give the XML of a tree, or by main the ID of a known one"))
-
-
 def _add_command(router: APIRouter, missions: Missions, command: Command, meaning: str) -> None:
     def tell(body: NoBody, robot: Robot = "") -> Shown[MissionStatus]:
         return missions.ask(robot, COMMAND, MissionCommand(command), MissionStatus)
 
     def tell_with_tree(body: TreeBody, robot: Robot = "") -> Shown[MissionStatus]:
-        _check_tree(body)
         return missions.ask(robot, COMMAND, MissionCommand(command, **body), MissionStatus)
 
     router.add_api_route(
