@@ -24,6 +24,7 @@ Where it differs from BehaviorTree.CPP 4.10 on purpose:
 - ``ros_pkg`` is looked up on a search path.
 """
 
+from .breakpoints import Breakpoint, Breakpoints, Position, Stop
 from .clock import Clock, ManualClock, MonotonicClock
 from .data.blackboard import Blackboard, Entry
 from .data.values import UInt8, UInt16, UInt32, UInt64
@@ -64,6 +65,8 @@ __all__ = [
     "SUCCESS",
     "Blackboard",
     "BlackboardError",
+    "Breakpoint",
+    "Breakpoints",
     "Clock",
     "Condition",
     "Control",
@@ -87,6 +90,7 @@ __all__ = [
     "Output",
     "PortError",
     "PortModel",
+    "Position",
     "PostTickHook",
     "PreTickHook",
     "Registry",
@@ -95,6 +99,7 @@ __all__ = [
     "StatefulAction",
     "Status",
     "Steps",
+    "Stop",
     "SyncAction",
     "TransitionHook",
     "Tree",

@@ -6,7 +6,7 @@ from typing import Any
 from .data.blackboard import Blackboard
 from .errors import NodeError
 from .nodes.node import Node
-from .nodes.runtime import Runtime, TransitionHook
+from .nodes.runtime import Debugger, Runtime, TransitionHook
 from .status import COMPLETED, IDLE, RUNNING, Status, status_name
 
 
@@ -153,6 +153,12 @@ class Tree:
     def remove_transition_hook(self, hook: TransitionHook) -> None:
         """Stop notifying a function."""
         self._runtime.transition_hooks.remove(hook)
+
+    def debug(self, debugger: Debugger | None) -> None:
+        """Ask a debugger about every tick of a node from now on, or nobody. `Breakpoints` is one."""
+        self._runtime.debugger = debugger
+        for node in self.nodes:
+            node.set_hooks(node.pre_tick_hook, node.post_tick_hook)
 
     def describe(self) -> dict[str, Any]:
         """Return the tree as plain data: uid, name, type, kind, path, status, ports and children of each

@@ -161,7 +161,8 @@ class Node:
         """
         self.pre_tick_hook = pre_tick
         self.post_tick_hook = post_tick
-        self._is_plain = self.setup.conditions is None and pre_tick is None and post_tick is None
+        is_watched = pre_tick is not None or post_tick is not None or self.runtime.debugger is not None
+        self._is_plain = self.setup.conditions is None and not is_watched
 
     def read_port(self, name: str) -> Any:
         """Return the value of an input: its literal, its default, or what its blackboard entry holds.
@@ -283,12 +284,15 @@ class Node:
 
     def _guarded_tick(self) -> Status:
         status = self._decided_by_precondition()
-        if status is None:
-            status = self._replaced_by_hook()
+        if status is None and self.status not in COMPLETED:
+            status = self._replaced()
         if status is None:
             status = self.tick()
         if status in COMPLETED:
             self._run_postconditions(status)
+        if self.runtime.debugger is not None:
+            forced = self.runtime.debugger.after(self.uid, status)
+            status = forced if forced is not None and forced in COMPLETED else status
         if self.post_tick_hook is not None:
             replaced = self.post_tick_hook(self, status)
             if replaced in COMPLETED:
@@ -311,11 +315,17 @@ class Node:
             return SKIPPED
         return None
 
-    def _replaced_by_hook(self) -> Status | None:
-        if self.pre_tick_hook is None or self.status in COMPLETED:
-            return None
-        replaced = self.pre_tick_hook(self)
-        return replaced if replaced in COMPLETED else None
+    def _replaced(self) -> Status | None:
+        """Return the result that is taken instead of running the node, None if it is to run."""
+        if self.pre_tick_hook is not None:
+            replaced = self.pre_tick_hook(self)
+            if replaced in COMPLETED:
+                return replaced
+        if self.runtime.debugger is not None:
+            forced = self.runtime.debugger.before(self.uid)
+            if forced in COMPLETED:
+                return forced
+        return None
 
     def _run_postconditions(self, status: Status) -> None:
         conditions = self._conditions

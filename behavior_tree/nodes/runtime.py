@@ -1,12 +1,26 @@
 """The runtime that the nodes of one tree share: time, timers, wake-ups and observers."""
 
 from collections.abc import Callable, Mapping
+from typing import Protocol
 
 from ..clock import Clock
 from ..status import Status
 
 TransitionHook = Callable[[int, Status, Status, float], None]
 """Called at every change of a stored status with (node uid, previous status, new status, time in seconds)."""
+
+
+class Debugger(Protocol):
+    """Asked about every tick of every node of a tree, once `Tree.debug` has installed it."""
+
+    def before(self, uid: int) -> Status | None:
+        """Return SUCCESS or FAILURE to have a node, by its uid, not run and give that; else it runs.
+
+        Asked behind the node's pre-conditions, and not while its stored status is SUCCESS or FAILURE.
+        """
+
+    def after(self, uid: int, status: Status) -> Status | None:
+        """Return SUCCESS or FAILURE to replace the result of a node, else it stays; asked behind post-conditions."""
 
 
 class Timers:
@@ -51,6 +65,7 @@ class Runtime:
         extensions: Whether scripts may use what BehaviorTree.CPP's cannot; see `compile_script`.
         wake_requested: Whether a node asked for another tick without delay.
         transition_hooks: The observers of status changes.
+        debugger: Asked about every tick of a node, None if there is none.
     """
 
     def __init__(self, clock: Clock, enums: Mapping[str, int], *, extensions: bool = False) -> None:
@@ -60,6 +75,7 @@ class Runtime:
         self.enums = enums
         self.wake_requested = False
         self.transition_hooks: list[TransitionHook] = []
+        self.debugger: Debugger | None = None
 
     def take_wake_up(self) -> bool:
         """Return whether a wake-up was raised or a timer came due since the last look."""

@@ -170,6 +170,13 @@ class Kit(Protocol):
     def recovered(self) -> None:
         """Report that what ``fail`` was called for is over. The state stays; the component can be configured again."""
 
+    def hold_time(self, hold: bool) -> None:
+        """Have simulated time stand still from the end of this tick on, or let it continue.
+
+        Meanwhile the component handles what comes from outside, such as a command. Under the real clock, and of an
+        onlooker, it does nothing. Time continues when the component's run ends.
+        """
+
     # --- for the adaptation manager and other tools that act on components ---
 
     @property

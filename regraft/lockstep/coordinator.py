@@ -337,6 +337,7 @@ class Coordinator:
         member = self.membership.members[ack.member]
         member.next_wake = ack.next_wake
         member.wants_slot = ack.wants_slot
+        member.holds_time = ack.holds_time
         if ack.error:
             self._fault(ack.member, CauseCode.MESSAGES_LOST, ack.error)
         self._system.take(ack.news)
@@ -358,6 +359,12 @@ class Coordinator:
         self._inbox.pump(0.0)
         while self._inbox.pump_until(lambda: bool(self._wanting()), deadline):
             self.run_slots()
+
+    @property
+    def is_held(self) -> bool:
+        """Whether a member has time stand still."""
+        self.local.holds_time = self._runtime.holds_time
+        return any(member.holds_time for member in self.membership.members.values())
 
     def stand_still(self, seconds: float) -> None:
         """Let no time pass for ``seconds`` of wall-clock time, but take joins and grant slots."""

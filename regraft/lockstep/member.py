@@ -263,6 +263,7 @@ class Member:
             touched,
             error,
             self._news.take(runtime.reporter.status),
+            runtime.holds_time,
         )
         self._last_ack = ack
         self._publisher.put(self._keys.clock("ack"), ack)

@@ -27,6 +27,7 @@ class MemberState:
     outputs: set[str]
     next_wake: int | None = 0
     wants_slot: bool = False
+    holds_time: bool = False
     due: bool = False
     number: int = 0
     pending: Frontier = field(default_factory=dict)
@@ -38,7 +39,7 @@ class MemberState:
 
     def succeed(self, incarnation: int) -> None:
         """Be another run of the component, with all that this one still has to handle."""
-        self.incarnation, self.wanted = incarnation, None
+        self.incarnation, self.wanted, self.holds_time = incarnation, None, False
 
     def begin_step(self) -> Frontier:
         """Return what is to be handled in the step that begins now; from here on, nothing is pending."""

@@ -91,7 +91,7 @@ class SourceLoop:
         self._first_tick = self._first_tick_of_the_run()
         coordinator.faults.begin(coordinator.moment.time)
         while self._runtime.state is not State.FINALIZED:
-            if not self._is_active():
+            if not self._is_active() or coordinator.is_held:
                 coordinator.stand_still(LOOK_INTERVAL)
                 pace = self._begin_pace(coordinator)
                 continue

@@ -69,6 +69,7 @@ class Parts:
         self.direct: dict[str, Callable[[Sample], None]] = {}
         self.marker_listeners: list[Callable[[str, str, Stream], None]] = []
         self.tick: int | None = None
+        self.holds_time = False
         self.failing = ""
         self.fail: Callable[[], None] = lambda: None
         self.around: Callable[[Callable[[], object]], Callable[[], object]] = lambda call: call

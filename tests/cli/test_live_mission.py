@@ -74,3 +74,24 @@ def test_another_tree_takes_over_and_a_bad_one_does_not(alone: System, patrol: P
     swapped = alone.ask("mission", "swap", str(home))
     assert (swapped["tree"], swapped["state"], swapped["running"]) == ("Home", "running", ["wait"])
     assert regraft(alone.home, "mission", "swap", "nowhere.xml").returncode == 2
+
+
+def test_a_mission_stops_at_a_breakpoint_and_goes_on_as_told(alone: System, patrol: Path) -> None:
+    alone.ask("mission", "halt")
+    assert alone.ask("mission", "break", "wait")["breakpoints"][0]["node"] == "wait"
+    forced = alone.ask("mission", "break", "Script", "--after", "--result", "success", "--once")
+    assert [(each["node"], each["position"]) for each in forced["breakpoints"]] == [
+        ("Script::2", "after"),
+        ("wait", "before"),
+    ]
+    assert alone.ask("mission", "next")["stop"]["node"] == "Sequence::1"
+    assert alone.ask("mission", "continue")["stop"]["node"] == "wait"
+    shown = regraft(alone.home, "mission", "show").stdout
+    assert shown.startswith("mission Patrol paused, 1 ticks, stopped before wait\n")
+    assert "wait  before" in regraft(alone.home, "mission", "breakpoints").stdout
+    failed = alone.ask("mission", "continue", "--result", "failure")
+    assert (failed["state"], failed["stop"]) == ("failed", None)
+    assert alone.ask("mission", "clear", "wait")["breakpoints"] == []
+    assert regraft(alone.home, "mission", "clear").stdout == "no breakpoints\n"
+    again = regraft(alone.home, "mission", "continue")
+    assert (again.returncode, "has not stopped" in again.stderr) == (1, True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from regraft.bus_schema.messages.mission import Command, MissionTransitions, NodeStatus
-from regraft.services.bt_executor.transitions import MAX_AT_ONCE
+from regraft.services.bt_executor.observing.transitions import MAX_AT_ONCE
 from regraft.testing import Rig
 from tests.executor.helpers import command, run, status, tree
 

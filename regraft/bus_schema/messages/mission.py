@@ -47,6 +47,31 @@ class MissionNode:
     ports: dict[str, str] = field(default_factory=dict)
 
 
+class TickPosition(Enum):
+    """The moment of a node's tick: behind its pre-conditions, or behind its post-conditions."""
+
+    BEFORE = "before"
+    AFTER = "after"
+
+
+class ForcedResult(Enum):
+    """A result that is forced on a node."""
+
+    SUCCESS = "success"
+    FAILURE = "failure"
+
+
+@message("regraft/MissionStop")
+@dataclass(frozen=True, slots=True)
+class MissionStop:
+    """The place at which the tree's tick has stopped; ``result`` is the node's, None before it runs."""
+
+    uid: Count
+    node: str
+    position: TickPosition
+    result: NodeStatus | None = None
+
+
 @message("regraft/MissionStatus")
 @dataclass(frozen=True, slots=True)
 class MissionStatus:
@@ -54,7 +79,7 @@ class MissionStatus:
 
     ``qualities`` holds the latest of each quality requirement in the tree's order, also of those not active any more.
     ``structure`` is equal for equal trees: when it changes, another tree has been loaded or swapped in, and uids
-    mean other nodes.
+    mean other nodes. ``stop`` is where the tick has stopped at a breakpoint, None if it has not.
     """
 
     stamp: Seconds
@@ -67,6 +92,7 @@ class MissionStatus:
     error: str = ""
     structure: str = ""
     qualities: tuple[Quality, ...] = ()
+    stop: MissionStop | None = None
 
 
 @message("regraft/MissionRequest")
@@ -139,6 +165,53 @@ class MissionCounts:
     nodes: tuple[NodeCounts, ...]
 
 
+class BreakpointChange(Enum):
+    """The change that is asked for: none, a breakpoint set or removed, or all removed."""
+
+    NONE = "none"
+    SET = "set"
+    REMOVE = "remove"
+    CLEAR = "clear"
+
+
+@message("regraft/BreakpointsRequest")
+@dataclass(frozen=True, slots=True)
+class BreakpointsRequest:
+    """Ask for the breakpoints of the mission's tree, after a change.
+
+    ``node`` is a path, a name that one node alone has, or a uid. With a ``result`` the node gives that, and the tick
+    does not stop. A breakpoint for ``once`` is gone when it was reached.
+    """
+
+    change: BreakpointChange = BreakpointChange.NONE
+    node: str = ""
+    position: TickPosition = TickPosition.BEFORE
+    result: ForcedResult | None = None
+    once: bool = False
+
+
+@message("regraft/MissionBreakpoint")
+@dataclass(frozen=True, slots=True)
+class MissionBreakpoint:
+    """A breakpoint: a node by uid and path, the moment of its tick, and what is forced there, if anything."""
+
+    uid: Count
+    node: str
+    position: TickPosition
+    result: ForcedResult | None = None
+    once: bool = False
+
+
+@message("regraft/MissionBreakpoints")
+@dataclass(frozen=True, slots=True)
+class MissionBreakpoints:
+    """The breakpoints of the tree with this ``structure``, in the order of its nodes."""
+
+    stamp: Seconds
+    structure: str
+    breakpoints: tuple[MissionBreakpoint, ...]
+
+
 @message("regraft/BlackboardRequest")
 @dataclass(frozen=True, slots=True)
 class BlackboardRequest:
@@ -188,6 +261,7 @@ class Command(Enum):
 
     ``step`` ticks the paused tree once. ``swap`` has another tree take over from the one that is under way, which is
     halted; the entries of the root blackboard are carried over. ``check`` only reports what is wrong with a tree.
+    ``continue`` goes on with a tick that has stopped at a breakpoint. ``next`` goes on to the next node that runs.
     """
 
     LOAD = "load"
@@ -197,6 +271,8 @@ class Command(Enum):
     HALT = "halt"
     SWAP = "swap"
     CHECK = "check"
+    CONTINUE = "continue"
+    NEXT = "next"
 
 
 @message("regraft/MissionCommand")
@@ -204,9 +280,11 @@ class Command(Enum):
 class MissionCommand:
     """Command the executor; ``tree`` is the XML text to load or swap in, ``main`` the tree's ID in it.
 
-    With ``main`` alone, the tree is that of the executor's own file or of its library.
+    With ``main`` alone, the tree is that of the executor's own file or of its library. ``result`` goes with
+    ``continue`` and ``next``: the node at which the tick has stopped gives that.
     """
 
     command: Command
     tree: Annotated[str, Text(1_000_000)] = ""
     main: str = ""
+    result: ForcedResult | None = None

@@ -12,15 +12,19 @@ from regraft.bus_schema.encoding.records import shape_of
 from regraft.bus_schema.messages.mission import (
     BlackboardEntries,
     BlackboardRequest,
+    BreakpointChange,
+    BreakpointsRequest,
     Command,
+    MissionBreakpoints,
     MissionCommand,
     MissionCounts,
     MissionCountsRequest,
     MissionRequest,
     MissionStatus,
+    TickPosition,
     WriteBlackboard,
 )
-from regraft.bus_schema.model.robots.executors import BLACKBOARD, COMMAND, COUNTS, STATUS, WRITE
+from regraft.bus_schema.model.robots.executors import BLACKBOARD, BREAKPOINTS, COMMAND, COUNTS, STATUS, WRITE
 from regraft.dashboard_api.backend.missions import Missions
 from regraft.dashboard_api.http.body import JsonRoute
 from regraft.dashboard_api.http.bus_types import BodyField, Fields, JsonObject, Shown, Values, fields_of
@@ -36,6 +40,16 @@ TreeBody = Annotated[
     Fields("TreeBody", TEXTS_GIVEN, any_of=("tree", "main")),
     example({"tree": '<root BTCPP_format="4"><BehaviorTree ID="Main"><AlwaysSuccess/></BehaviorTree></root>'}),
 ]
+BreakpointBody = Annotated[
+    JsonObject,
+    Fields("BreakpointBody", fields_of(BreakpointsRequest, without=["change"]), any_of=("node",)),
+    example({"node": "drive", "position": "before", "once": True}),
+]
+ResultBody = Annotated[
+    JsonObject,
+    Fields("ResultBody", fields_of(MissionCommand, "result")),
+    example({"result": "failure"}, default_factory=dict),
+]
 EntriesBody = Annotated[JsonObject, Values(shape_of(PlainValue)), example({"charging_wanted": 1})]
 TAKE_A_TREE = {
     Command.LOAD: "Load a behaviour tree (BehaviorTree.CPP XML, version 4) in place of the present one.",
@@ -49,6 +63,10 @@ Robot = Annotated[
         description="The robot whose mission is meant, or its executor; needed only if several have one", max_length=129
     ),
 ]
+TAKE_A_RESULT = {
+    Command.CONTINUE: "Go on with a tick that has stopped at a breakpoint; a result is forced on the node there.",
+    Command.NEXT: "Go on to the next node that runs, or begin a tick and stop at its first one.",
+}
 MEANINGS = {
     Command.START: "Tick the loaded tree from now on.",
     Command.PAUSE: "Tick no more for now; running nodes stay as they are.",
@@ -89,9 +107,43 @@ def routes(missions: Missions) -> APIRouter:
         """Write entries of a blackboard, all or none; a value must fit its entry's type, and null removes it."""
         return missions.ask(robot, WRITE, WriteBlackboard(body, board), BlackboardEntries)
 
-    for command, meaning in (TAKE_A_TREE | MEANINGS).items():
+    for command, meaning in (TAKE_A_TREE | MEANINGS | TAKE_A_RESULT).items():
         _add_command(router, missions, command, meaning)
+    _add_breakpoints(router, missions)
     return router
+
+
+def _add_breakpoints(router: APIRouter, missions: Missions) -> None:
+    def ask(robot: str, request: BreakpointsRequest) -> MissionBreakpoints:
+        return missions.ask(robot, BREAKPOINTS, request, MissionBreakpoints)
+
+    @router.get("/mission/breakpoints", response_description="The breakpoints", responses=declared(404, 409, 422, 503))
+    def list_breakpoints(robot: Robot = "") -> Shown[MissionBreakpoints]:
+        """The breakpoints of the mission's tree."""
+        return ask(robot, BreakpointsRequest())
+
+    @router.post(
+        "/mission/breakpoints",
+        response_description="The breakpoints then",
+        responses=declared(404, 409, 413, 415, 422, 503),
+    )
+    def set_breakpoint(body: BreakpointBody, robot: Robot = "") -> Shown[MissionBreakpoints]:
+        """Set a breakpoint at a node: its path, a name that it alone has, or its uid. With a result nothing stops."""
+        return ask(robot, BreakpointsRequest(BreakpointChange.SET, **body))
+
+    @router.delete(
+        "/mission/breakpoints",
+        response_description="The breakpoints that are left",
+        responses=declared(404, 409, 422, 503),
+    )
+    def remove_breakpoints(
+        node: Annotated[str, Query(description="The node; all breakpoints by default", max_length=1000)] = "",
+        position: Annotated[TickPosition, Query(description="Before or after the node")] = TickPosition.BEFORE,
+        robot: Robot = "",
+    ) -> Shown[MissionBreakpoints]:
+        """Remove the breakpoint at a node, or all of them."""
+        change = BreakpointChange.REMOVE if node else BreakpointChange.CLEAR
+        return ask(robot, BreakpointsRequest(change, node, position))
 
 
 def _add_command(router: APIRouter, missions: Missions, command: Command, meaning: str) -> None:
@@ -101,9 +153,13 @@ def _add_command(router: APIRouter, missions: Missions, command: Command, meanin
     def tell_with_tree(body: TreeBody, robot: Robot = "") -> Shown[MissionStatus]:
         return missions.ask(robot, COMMAND, MissionCommand(command, **body), MissionStatus)
 
+    def tell_with_result(body: ResultBody, robot: Robot = "") -> Shown[MissionStatus]:
+        return missions.ask(robot, COMMAND, MissionCommand(command, **body), MissionStatus)
+
+    with_result = tell_with_result if command in TAKE_A_RESULT else tell
     router.add_api_route(
         f"/mission/{command.value}",
-        tell_with_tree if command in TAKE_A_TREE else tell,
+        tell_with_tree if command in TAKE_A_TREE else with_result,
         methods=["POST"],
         name=f"{command.value}_mission",
         description=meaning,

@@ -23,22 +23,17 @@ from regraft.bus_schema.messages.mission import (
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.robots.executors import (
     BLACKBOARD,
-    COMMAND,
     COUNTS,
     STATUS,
     WRITE,
-    MissionExecutor,
-    NoSuchExecutor,
-    WhichExecutor,
-    executor_of,
-    executors,
 )
 from regraft.cli.bus.param import values_of
-from regraft.cli.outcomes import BAD_INPUT, BadInput, Failed, Unreachable
-from regraft.cli.running_system import Reached, reached
+from regraft.cli.outcomes import BAD_INPUT, BadInput, Failed
+from regraft.cli.running_system import reached
 from regraft.cli.terminal.options import JsonOption, RobotOption, SystemOption
 from regraft.cli.terminal.output import complain, say, seconds, show_json, show_table
-from regraft.services.bt_executor.authors import converting, drawing, replaying, trying
+from regraft.services.bt_executor.authors import breakpoint_commands, converting, drawing, replaying, trying
+from regraft.services.bt_executor.authors.commanding import executor_in, give_command, headline
 from regraft.services.bt_executor.authors.file_text import mission_text
 from regraft.services.bt_executor.authors.options import MainOption, NodesOption, StackOption, TreeFile, TreesOption
 from regraft.services.bt_executor.authors.showing import show_counts, tree_lines
@@ -67,7 +62,7 @@ def show(
 ) -> None:
     """Show the behaviour tree with the status of every node, and the blackboard."""
     with reached(ctx, system) as there:
-        executor = _executor(there, robot)
+        executor = executor_in(there, robot)
         counted = there.client.call(executor.service(COUNTS), MissionCountsRequest(), MissionCounts) if counts else None
         found = there.client.call(executor.service(STATUS), MissionRequest(), MissionStatus)
     if counted is not None and counted.structure != found.structure:
@@ -118,7 +113,7 @@ def start(
     ctx: typer.Context, robot: RobotOption = "", system: SystemOption = None, as_json: JsonOption = False
 ) -> None:
     """Start the loaded tree, or continue after a pause."""
-    _command(ctx, robot, system, MissionCommand(Command.START), as_json)
+    give_command(ctx, robot, system, MissionCommand(Command.START), as_json)
 
 
 @mission.command("pause")
@@ -126,19 +121,19 @@ def pause(
     ctx: typer.Context, robot: RobotOption = "", system: SystemOption = None, as_json: JsonOption = False
 ) -> None:
     """Tick the tree no more until it is started again."""
-    _command(ctx, robot, system, MissionCommand(Command.PAUSE), as_json)
+    give_command(ctx, robot, system, MissionCommand(Command.PAUSE), as_json)
 
 
 @mission.command("step")
 def step(ctx: typer.Context, robot: RobotOption = "", system: SystemOption = None, as_json: JsonOption = False) -> None:
     """Tick the paused tree once."""
-    _command(ctx, robot, system, MissionCommand(Command.STEP), as_json)
+    give_command(ctx, robot, system, MissionCommand(Command.STEP), as_json)
 
 
 @mission.command("halt")
 def halt(ctx: typer.Context, robot: RobotOption = "", system: SystemOption = None, as_json: JsonOption = False) -> None:
     """Halt the tree; its goals are cancelled."""
-    _command(ctx, robot, system, MissionCommand(Command.HALT), as_json)
+    give_command(ctx, robot, system, MissionCommand(Command.HALT), as_json)
 
 
 @mission.command("swap")
@@ -165,7 +160,7 @@ def get(
 ) -> None:
     """Show the entries of the blackboard: value, type, number of writes, age."""
     with reached(ctx, system) as there:
-        executor = _executor(there, robot)
+        executor = executor_in(there, robot)
         found = there.client.call(executor.service(BLACKBOARD), BlackboardRequest(key, board), BlackboardEntries)
     if as_json:
         show_json(found)
@@ -187,7 +182,7 @@ def set_entries(
     """Write one entry of the blackboard, or several at once, all or none; null removes one."""
     values = values_of(settings)
     with reached(ctx, system) as there:
-        executor = _executor(there, robot)
+        executor = executor_in(there, robot)
         written = there.client.call(executor.service(WRITE), WriteBlackboard(values, board), BlackboardEntries)
     if as_json:
         show_json(written)
@@ -229,21 +224,16 @@ def check(
         raise typer.Exit(BAD_INPUT)
 
 
+mission.command("break")(breakpoint_commands.set_breakpoint)
+mission.command("breakpoints")(breakpoint_commands.list_breakpoints)
+mission.command("clear")(breakpoint_commands.clear_breakpoints)
+mission.command("continue")(breakpoint_commands.go_on)
+mission.command("next")(breakpoint_commands.go_to_next)
 mission.command("models")(drawing.models)
 mission.command("dot")(drawing.dot)
 mission.command("dry-run")(trying.dry_run)
 mission.command("convert")(converting.convert)
 mission.command("replay")(replaying.replay)
-
-
-def _command(ctx: typer.Context, robot: str, system: str | None, command: MissionCommand, as_json: bool) -> None:
-    with reached(ctx, system) as there:
-        executor = _executor(there, robot)
-        found = there.client.call(executor.service(COMMAND), command, MissionStatus)
-    if as_json:
-        show_json(found)
-    else:
-        say(headline(found))
 
 
 def _with_tree(command: Command, file: Path | None, main: str) -> MissionCommand:
@@ -257,22 +247,10 @@ def _give_tree(
 ) -> None:
     """Give a command with a tree; the executor knows its text only, so the file is named here."""
     try:
-        _command(ctx, robot, system, command, as_json)
+        give_command(ctx, robot, system, command, as_json)
     except CallFailed as error:
         problem = error.problem.replace("<text>:", f"{file}:") if file is not None else error.problem
         raise CallFailed(error.service, error.answer, problem, code=error.code) from None
-
-
-def _executor(there: Reached, robot: str) -> MissionExecutor:
-    try:
-        found = executor_of(executors(there.known.components, there.known.topics), robot)
-    except NoSuchExecutor as error:
-        raise BadInput(str(error)) from None
-    except WhichExecutor as error:
-        raise BadInput(f"{error} with --robot") from None
-    if found is None:
-        raise Unreachable(f"this system has no mission executor: nobody offers the service {STATUS}")
-    return found
 
 
 def _show_entries(found: BlackboardEntries) -> None:
@@ -281,14 +259,6 @@ def _show_entries(found: BlackboardEntries) -> None:
         for entry in found.entries
     ]
     show_table(("entry", "value", "type", "writes", "age"), rows, empty="no entries")
-
-
-def headline(found: MissionStatus) -> str:
-    """Return a mission's state as one line."""
-    tree = f" {found.tree}" if found.tree else ""
-    running = f", at {found.running[-1]}" if found.running else ""
-    error = f": {found.error}" if found.error else ""
-    return f"mission{tree} {found.state.value}, {found.ticks} ticks{running}{error}"
 
 
 def quality_line(quality: Quality) -> str:

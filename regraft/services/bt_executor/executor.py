@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, ClassVar
@@ -9,14 +10,12 @@ from typing import Any, ClassVar
 from behavior_tree import Blackboard, Clock, ManualClock, Registry, Tree, TreeLibrary
 from regraft import (
     Component,
-    Future,
     Input,
     NotActive,
     Output,
     Parameter,
     RefusalCode,
     RequestRefused,
-    Task,
     every,
     service,
 )
@@ -26,7 +25,9 @@ from regraft.bus_schema.messages.maps import Goals
 from regraft.bus_schema.messages.mission import (
     BlackboardEntries,
     BlackboardRequest,
+    BreakpointsRequest,
     Command,
+    MissionBreakpoints,
     MissionCommand,
     MissionCounts,
     MissionCountsRequest,
@@ -43,23 +44,23 @@ from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.description import Resources
 from regraft.services.bt_executor.blackboard_feed import REFLECTED, BlackboardFeed, Reflected
 from regraft.services.bt_executor.boards import read_board, summary, write_board
+from regraft.services.bt_executor.debugging.breakpoint_requests import change_breakpoints, forced_status, listed
 from regraft.services.bt_executor.leaves.context import LeafContext
 from regraft.services.bt_executor.mission import UNDER_WAY, Illegal, Mission, commanded_source
 from regraft.services.bt_executor.mocks import with_mocks
 from regraft.services.bt_executor.node_types import node_types
 from regraft.services.bt_executor.observing.observation import Observation
+from regraft.services.bt_executor.observing.transitions import TransitionLog
 from regraft.services.bt_executor.plain_values import shown_text
 from regraft.services.bt_executor.quality.latest_qualities import LatestQualities
 from regraft.services.bt_executor.report import mission_status
 from regraft.services.bt_executor.source import Source, Unloadable, library_of
 from regraft.services.bt_executor.state import kept_source, kept_state, restore_board
-from regraft.services.bt_executor.transitions import TransitionLog
+from regraft.services.bt_executor.tick_scheduler import TickScheduler
 from regraft.services.bt_executor.tree_checks import TreeChecks
 
-MIN_WAIT = 0.001
-"""Seconds; a timer of the tree that is due within this time does not get a tick earlier."""
-
 TAKE_A_TREE = (Command.LOAD, Command.SWAP, Command.CHECK)
+TAKE_A_RESULT = (Command.CONTINUE, Command.NEXT)
 
 
 class Executor(Component):
@@ -89,6 +90,7 @@ class Executor(Component):
 
     mocks = Parameter("", "rules by which mocks take nodes' places", unit="path", exists=True, read_only=True)
     counts = Parameter(False, "whether the ticks and results of each node are counted")
+    hold_time = Parameter(False, "whether simulated time stands while a tick has stopped at a breakpoint")
     record = Parameter("", "file to which changes of nodes' statuses are recorded", unit="path")
 
     goals = Input(Goals, latest_only=True, required=False, description="the places to visit")
@@ -122,9 +124,7 @@ class Executor(Component):
         self._is_active = False
         self._checks = TreeChecks(self.kit)
         self._start_again = False
-        self._tick_wanted: Future[None] = Future()
-        self._alarm: Task | None = None
-        self._alarm_at = 0.0
+        self._scheduler = TickScheduler(self.kit, self.tick)
 
     # --- lifecycle ---
 
@@ -133,7 +133,7 @@ class Executor(Component):
         self._mission = Mission(self._tell, (self._log.note,), self._exchange)
         self._observation = Observation()
         self._observe()
-        context = LeafContext(self.kit, self._tick_soon)
+        context = LeafContext(self.kit, self._scheduler.soon)
         self._qualities = context.qualities
         registry = node_types(context, self.nodes.split())
         self._registry = with_mocks(registry, Path(self.mocks)) if self.mocks else registry
@@ -145,13 +145,11 @@ class Executor(Component):
     def on_activate(self) -> None:
         """Start the mission if it is to start by itself, or was running when the component stopped."""
         self._is_active = True
-        self._tick_wanted = Future()
-        self._alarm = None
-        self.kit.spawn(self._tick_on_demand(), "ticks on demand")
+        self._scheduler.begin()
         if self._start_again and self._mission.state is not MissionState.EMPTY:
             self._start_again = False
             self._mission.start()
-            self._tick_soon()
+            self._scheduler.soon()
 
     def on_deactivate(self) -> None:
         """Halt the mission, which cancels its goals; it starts again with the next activation."""
@@ -187,41 +185,19 @@ class Executor(Component):
     def tick(self) -> None:
         """Tick the tree."""
         tree = self._mission.tree
-        if tree is None or self._mission.state is not MissionState.RUNNING:
+        if tree is None or self._mission.state is not MissionState.RUNNING or self._mission.debugging.stop is not None:
             return
         self._listen()
         self._reflection.update(tree.blackboard)
-        self._mission.tick()
+        self._run(self._mission.tick)
+
+    def _run(self, work: Callable[[], None]) -> None:
+        """Do what ticks the tree, and what follows a tick."""
+        work()
         self._stream()
-        self._set_alarm()
-
-    def _tick_soon(self) -> None:
-        """Have the tree ticked when what is being handled now is done."""
-        self._tick_wanted.resolve(None)
-
-    async def _tick_on_demand(self) -> None:
-        while True:
-            await self._tick_wanted
-            self._tick_wanted = Future()
-            self.tick()
-
-    def _set_alarm(self) -> None:
-        """Have the tree ticked when its next timer comes due."""
         tree = self._mission.tree
-        due = tree.next_wake_up() if tree and self._mission.state is MissionState.RUNNING else None
-        now = self.kit.now()
-        # A node that is due now has just been ticked: a loop without end waits for the next periodic tick.
-        if due is None or due <= now or (self._alarm and self._alarm_at <= due):
-            return
-        if self._alarm:
-            self._alarm.cancel()
-        self._alarm_at = due
-        self._alarm = self.kit.spawn(self._ring(due - now), "timer of the tree")
-
-    async def _ring(self, seconds: float) -> None:
-        await self.kit.sleep(max(MIN_WAIT, seconds))
-        self._alarm = None
-        self.tick()
+        runs = tree is not None and self._mission.state is MissionState.RUNNING
+        self._scheduler.at(tree.next_wake_up() if tree is not None and runs else None)
 
     # --- status, and commands ---
 
@@ -245,7 +221,8 @@ class Executor(Component):
         self._observation.follow(tree)
 
     def _stream(self) -> None:
-        """Publish and record the changes of statuses since the last time."""
+        """Publish and record the changes of statuses since the last time; time stands while a tick has stopped."""
+        self.kit.hold_time(self.hold_time and self._mission.debugging.stop is not None)
         told = self._log.take(self._mission, self.kit.now())
         if told is not None:
             self._observation.take(self._mission, told)
@@ -275,6 +252,17 @@ class Executor(Component):
         self._loaded_tree()
         return self._observation.counts(self._mission, self.kit.now(), request.reset)
 
+    @service("mission/breakpoints")
+    def mission_breakpoints(self, request: BreakpointsRequest) -> MissionBreakpoints:
+        """Return the breakpoints, after the change that is asked for.
+
+        Raises:
+            RequestRefused: there is no tree, no such node, or no breakpoint to remove; nothing has changed.
+        """
+        tree = self._loaded_tree()
+        change_breakpoints(self._mission.debugging, tree, request)
+        return MissionBreakpoints(self.kit.now(), self._mission.structure, listed(self._mission.debugging, tree))
+
     @service("mission/command")
     async def mission_command(self, command: MissionCommand) -> MissionStatus:
         """Load a tree, check one, start, pause, step or halt it, or have another take over; returns the status then.
@@ -286,6 +274,9 @@ class Executor(Component):
         """
         if command.command not in TAKE_A_TREE and (command.tree or command.main):
             why = f"{command.command.value} takes no tree; load it, then {command.command.value}"
+            raise RequestRefused(why, RefusalCode.MALFORMED)
+        if command.command not in TAKE_A_RESULT and command.result is not None:
+            why = f"{command.command.value} forces no result; continue and next do"
             raise RequestRefused(why, RefusalCode.MALFORMED)
         self._listen()
         try:
@@ -309,15 +300,24 @@ class Executor(Component):
             self._swap(commanded_source(command, self.mission, self.main))
         elif command.command is Command.START:
             self._mission.start()
-            self._tick_soon()
+            self._scheduler.soon()
         elif command.command is Command.PAUSE:
             self._mission.pause()
-        elif command.command is Command.STEP:
-            if self._mission.tree:
-                self._reflection.update(self._mission.tree.blackboard)
-            self._mission.step()
+        elif command.command is Command.HALT:
+            self._run(self._mission.halt)
         else:
-            self._mission.halt()
+            self._debug(command)
+
+    def _debug(self, command: MissionCommand) -> None:
+        if self._mission.tree:
+            self._reflection.update(self._mission.tree.blackboard)
+        forced = forced_status(command.result)
+        if command.command is Command.STEP:
+            self._run(self._mission.step)
+        elif command.command is Command.NEXT:
+            self._run(lambda: self._mission.go_to_next(forced))
+        else:
+            self._run(lambda: self._mission.go_on(forced))
 
     def _load(self, source: Source) -> None:
         """Take the tree of a source; raises Unloadable, and the mission then stays as it is."""
@@ -367,7 +367,7 @@ class Executor(Component):
         where = f"{request.board}: " if request.board else ""
         text = where + summary(request.values)
         self.kit.event("mission.written", text, values=request.values, board=request.board)
-        self._tick_soon()
+        self._scheduler.soon()
         return written
 
     def _loaded_tree(self) -> Tree:

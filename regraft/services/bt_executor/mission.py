@@ -6,9 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Protocol
 
-from behavior_tree import FAILURE, RUNNING, SUCCESS, NodeError, Status, TransitionHook, Tree
+from behavior_tree import FAILURE, RUNNING, SUCCESS, NodeError, Status, Stop, TransitionHook, Tree
 from regraft.bus_schema.messages.mission import MissionCommand, MissionNode, MissionState
 from regraft.services.bt_executor.boards import carry_over
+from regraft.services.bt_executor.debugging.stopped_tick import Debugging
 from regraft.services.bt_executor.source import Source
 from regraft.services.bt_executor.structure import Structure
 
@@ -58,6 +59,7 @@ class Mission:
         tree: The tree, None while there is none.
         ticks: Ticks since the last start.
         error: Why the last run failed, empty if it did not.
+        debugging: The breakpoints, and where a tick has stopped.
     """
 
     def __init__(
@@ -77,6 +79,7 @@ class Mission:
         self.tree: Tree | None = None
         self.ticks = 0
         self.error = ""
+        self.debugging = Debugging(self._note_stop)
         self._hooks = hooks
         self._exchange = exchange
         self._tell = tell
@@ -162,9 +165,41 @@ class Mission:
         tree = self._tree("step")
         if self.state is MissionState.RUNNING:
             raise Illegal(f"'{tree.tree_id}' is running; pause it, then step")
+        if self.debugging.stop is not None:
+            raise Illegal(f"'{tree.tree_id}' has stopped in the middle of a tick; continue, then step")
         if self.state is not MissionState.PAUSED:
             self._begin(MissionState.PAUSED)
         self._advance(1)
+
+    def go_on(self, forced: Status | None = None) -> None:
+        """Go on with a tick that has stopped at a breakpoint; the node may be given a result.
+
+        Raises:
+            Illegal: it has not stopped.
+        """
+        if self.debugging.stop is None:
+            raise Illegal("the tree has not stopped at a breakpoint")
+        self.debugging.go_on(forced)
+
+    def go_to_next(self, forced: Status | None = None) -> None:
+        """Go on to the next node that runs, in this tick or else in one that begins now, and stop before it.
+
+        A tree that was not started is started, and paused.
+
+        Raises:
+            Illegal: there is no tree, or a result is given and the tick has not stopped.
+        """
+        self._tree("debug")
+        if self.debugging.stop is not None:
+            self.debugging.go_on(forced, to_next=True)
+        elif forced is not None:
+            raise Illegal("the tree has not stopped at a node that could be given a result")
+        else:
+            self.debugging.stop_at_next()
+            if self.state not in UNDER_WAY:
+                self._begin(MissionState.PAUSED)
+        if self.debugging.stop is None and self.state in UNDER_WAY:
+            self._advance(1)
 
     def halt(self, why: str = "as commanded") -> None:
         """End the run: all running nodes are halted, which cancels their goals.
@@ -180,13 +215,14 @@ class Mission:
         self._tell("mission.halted", f"{tree.tree_id}: {self.error or why}")
 
     def tick(self) -> None:
-        """Tick the tree if it is running."""
-        if self.state is MissionState.RUNNING:
+        """Tick the tree if it is running, and has not stopped in the middle of a tick."""
+        if self.state is MissionState.RUNNING and self.debugging.stop is None:
             self._advance(MAX_TICKS_AT_ONCE)
 
     def _adopt(self, tree: Tree, state: MissionState) -> None:
         self._exchange(tree)
         self.tree = tree
+        self.debugging.follow(tree)
         self._structure = Structure(tree)
         self.state, self.ticks, self.error, self._failed_leaf = state, 0, "", ""
         for hook in (self._note_failed_leaf, *self._hooks):
@@ -205,6 +241,9 @@ class Mission:
     def _advance(self, most_ticks: int) -> None:
         tree = self._tree("tick")
         self.ticks += 1
+        self.debugging.run(lambda: self._tick(tree, most_ticks))
+
+    def _tick(self, tree: Tree, most_ticks: int) -> None:
         try:
             status = tree.tick_once(most_ticks)
         except NodeError as error:
@@ -212,6 +251,7 @@ class Mission:
             return
         if status == SUCCESS:
             self.state = MissionState.SUCCEEDED
+            self.debugging.abandon()
             self._tell("mission.succeeded", tree.tree_id)
         elif status == FAILURE:
             leaf = self._failed_leaf
@@ -223,14 +263,18 @@ class Mission:
         self.error = f"{why}; {also}" if also else why
         self._tell("mission.failed", f"{tree.tree_id}: {self.error}", node=node)
 
-    @staticmethod
-    def _halted(tree: Tree) -> str:
+    def _halted(self, tree: Tree) -> str:
         """Halt the tree; return what went wrong with that, empty if nothing did."""
+        self.debugging.abandon()
         try:
             tree.halt_tree()
         except NodeError as error:
             return str(error)
         return ""
+
+    def _note_stop(self, stop: Stop) -> None:
+        text = f"{stop.position.value} '{stop.node.path}'"
+        self._tell("mission.stopped", text, node=stop.node.path, position=stop.position.value)
 
     def _note_failed_leaf(self, uid: int, previous: Status, status: Status, time: float) -> None:
         node = self.tree.nodes[uid - 1] if self.tree else None

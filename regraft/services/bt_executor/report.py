@@ -6,6 +6,7 @@ from behavior_tree import Blackboard
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.mission import MissionStatus
 from regraft.bus_schema.messages.quality import Quality
+from regraft.services.bt_executor.debugging.breakpoint_requests import shown_stop
 from regraft.services.bt_executor.mission import Mission
 from regraft.services.bt_executor.plain_values import is_plain, shown, shown_text
 
@@ -24,6 +25,7 @@ def mission_status(mission: Mission, qualities: tuple[Quality, ...], now: float)
         shown_text(mission.error),
         mission.structure,
         qualities,
+        shown_stop(mission.debugging.stop),
     )
 
 

@@ -71,6 +71,27 @@ def test_counts_are_shown_once_they_are_asked_for(http: httpx.Client, site: Site
     assert (refused.status_code, "parameter 'counts'" in refused.json()["detail"]) == (409, True)
 
 
+def test_a_mission_stops_at_breakpoints_and_goes_on_with_a_forced_result(http: httpx.Client) -> None:
+    assert http.get("/mission/breakpoints").status_code == 404
+    http.post("/mission/load", json={"tree": tree('<Script name="first" code="n := 7"/>', "Debugged")})
+    assert http.post("/mission/breakpoints", json={"node": "frst"}).status_code == 404
+    assert http.post("/mission/breakpoints", json={"position": "after"}).status_code == 422
+    assert http.post("/mission/breakpoints", json={"node": "first", "result": "running"}).status_code == 422
+    (found,) = http.post("/mission/breakpoints", json={"node": "first", "once": True}).json()["breakpoints"]
+    assert (found["node"], found["position"], found["once"]) == ("first", "before", True)
+    assert http.post("/mission/continue").status_code == 409
+    assert http.post("/mission/next").json()["stop"]["position"] == "before"
+    assert http.post("/mission/continue").json()["stop"]["node"] == "first"
+    assert http.get("/mission").json()["stop"]["node"] == "first"
+    assert http.post("/mission/continue", json={"result": "failure"}).json()["state"] == "failed"
+    assert http.get("/mission/breakpoints").json()["breakpoints"] == []
+    http.post("/mission/breakpoints", json={"node": "first", "position": "after"})
+    assert http.delete("/mission/breakpoints", params={"node": "first"}).status_code == 404
+    left = http.delete("/mission/breakpoints", params={"node": "first", "position": "after"})
+    assert left.json()["breakpoints"] == []
+    assert http.delete("/mission/breakpoints").status_code == 200
+
+
 def test_a_bad_tree_does_not_take_over(http: httpx.Client) -> None:
     assert http.post("/mission/swap", json={"tree": tree("")}).status_code == 409
     start(http, tree("", "Old"))

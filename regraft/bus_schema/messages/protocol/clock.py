@@ -67,7 +67,7 @@ class Ack:
     """The end of a step: what was published, when the member wants to be woken, and whether it wants a slot.
 
     ``wiring`` is sent when it changed. ``touched`` (slots only) names members whose wiring or timing was changed.
-    ``news`` is what the member reports of itself, if anything.
+    ``news`` is what the member reports of itself, if anything. ``holds_time`` has time stand after this tick.
     """
 
     member: str
@@ -80,6 +80,7 @@ class Ack:
     touched: tuple[str, ...] = ()
     error: str = ""
     news: SystemNews | None = None
+    holds_time: bool = False
 
 
 @message("regraft/Join")

@@ -12,7 +12,7 @@ from regraft.bus_schema.suggestions import instead_of
 
 STATUS, COMMAND = "mission/status", "mission/command"
 BLACKBOARD, WRITE = "mission/blackboard", "mission/write"
-COUNTS = "mission/counts"
+COUNTS, BREAKPOINTS = "mission/counts", "mission/breakpoints"
 """The services of an executor, as its class names them."""
 TRANSITIONS = "transitions"
 """The output of an executor with the changes of its nodes' statuses."""
