@@ -16,6 +16,8 @@ MISSION_OPTIONS: list[tuple[str, str]] = [
     ("mission clear drve", "the tree has no node 'drve'"),
     ("mission continue --result skipped", "'skipped' is not one of 'success', 'failure'"),
     ("mission next --result done", "'done' is not one of 'success', 'failure'"),
+    ("mission show --reset", "--reset is of --counts"),
+    ("mission status --reset", "--reset is of --counts"),
     ("mission models --nodes regraft.services.nods:X", "services"),
     ("mission models --stack STACk", "no such file"),
     ("mission dot right --main Patrl", "Patrl"),

@@ -37,6 +37,7 @@ ROLES: Final[Mapping[tuple[str, str], Role | None]] = {
     ("POST", "/mission/next"): OPERATE,
     ("POST", "/mission/breakpoints"): OPERATE,
     ("DELETE", "/mission/breakpoints"): OPERATE,
+    ("DELETE", "/mission/counts"): OPERATE,
     ("PATCH", "/mission/blackboard"): OPERATE,
     ("POST", "/mission/load"): ADMINISTER,
     ("POST", "/mission/swap"): ADMINISTER,

@@ -89,6 +89,13 @@ def routes(missions: Missions) -> APIRouter:
         """The ticks, results and changes of each node, if the executor's parameter `counts` is set."""
         return missions.ask(robot, COUNTS, MissionCountsRequest(), MissionCounts)
 
+    @router.delete(
+        "/mission/counts", response_description="The counts until now", responses=declared(404, 409, 422, 503)
+    )
+    def reset_counts(robot: Robot = "") -> Shown[MissionCounts]:
+        """Count from zero again; returns what was counted."""
+        return missions.ask(robot, COUNTS, MissionCountsRequest(reset=True), MissionCounts)
+
     @router.get("/mission/blackboard", response_description="The entries", responses=declared(404, 409, 422, 503))
     def read_blackboard(
         key: Annotated[str, Query(description="One entry; all by default", max_length=200)] = "",

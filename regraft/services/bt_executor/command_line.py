@@ -47,6 +47,7 @@ TreeFileOrNone = Annotated[
 CountsOption = Annotated[
     bool, typer.Option("--counts", help="Show the ticks and results of each node instead, if they are counted.")
 ]
+ResetOption = Annotated[bool, typer.Option("--reset", help="With --counts: count from zero again afterwards.")]
 BoardOption = Annotated[
     str, typer.Option("--board", metavar="PATH", help="The blackboard of the sub-tree with this path.")
 ]
@@ -56,14 +57,18 @@ BoardOption = Annotated[
 def show(
     ctx: typer.Context,
     counts: CountsOption = False,
+    reset: ResetOption = False,
     robot: RobotOption = "",
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Show the behaviour tree with the status of every node, and the blackboard."""
+    if reset and not counts:
+        raise BadInput("--reset is of --counts")
     with reached(ctx, system) as there:
         executor = executor_in(there, robot)
-        counted = there.client.call(executor.service(COUNTS), MissionCountsRequest(), MissionCounts) if counts else None
+        asked = MissionCountsRequest(reset)
+        counted = there.client.call(executor.service(COUNTS), asked, MissionCounts) if counts else None
         found = there.client.call(executor.service(STATUS), MissionRequest(), MissionStatus)
     if counted is not None and counted.structure != found.structure:
         raise Failed("another tree has been loaded meanwhile: ask again")
@@ -87,12 +92,13 @@ def show(
 def status(
     ctx: typer.Context,
     counts: CountsOption = False,
+    reset: ResetOption = False,
     robot: RobotOption = "",
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Show the same as `show`."""
-    show(ctx, counts, robot, system, as_json)
+    show(ctx, counts, reset, robot, system, as_json)
 
 
 @mission.command("load")

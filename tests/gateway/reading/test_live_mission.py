@@ -69,6 +69,7 @@ def test_counts_are_shown_once_they_are_asked_for(http: httpx.Client, site: Site
     start(http, tree('<Script code="n := 7"/>', "Old"))
     refused = http.get("/mission/counts")
     assert (refused.status_code, "parameter 'counts'" in refused.json()["detail"]) == (409, True)
+    assert http.delete("/mission/counts").status_code == 409
 
 
 def test_a_mission_stops_at_breakpoints_and_goes_on_with_a_forced_result(http: httpx.Client) -> None:
