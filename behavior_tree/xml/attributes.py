@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import lru_cache
 from typing import Any, Final
 
 from ..data.blackboard import Blackboard
@@ -24,6 +25,8 @@ _FIELDS: Final = {
     "_post": "post",
 }
 _KNOWN: Final = ("_autoremap", *CONDITION_ATTRIBUTES)
+_LONGEST_MISSPELT: Final = 30
+"""Longer attributes are similar to none of these."""
 _ASKED: Final = frozenset({"_failureIf", "_successIf", "_skipIf", "_while"})
 
 
@@ -62,9 +65,9 @@ def sort_attributes(element: Element, manifest: NodeManifest) -> Attributes:
             sorted_.conditions[key] = text
         elif key.startswith("_"):
             sorted_.other[key] = text
-            similar = get_close_matches(key, _KNOWN, n=1, cutoff=0.7)
-            if similar and key not in _KNOWN:
-                sorted_.warnings.append(f"{element.place}: is {key} meant as {similar[0]}?")
+            meant = "" if key in _KNOWN or len(key) > _LONGEST_MISSPELT else _meant(key)
+            if meant:
+                sorted_.warnings.append(f"{element.place}: is {key} meant as {meant}?")
             if key == "__shared_blackboard":
                 sorted_.warnings.append(f"{element.place}: {key} is of version 3 and ignored; use _autoremap")
         elif key in manifest.ports or manifest.kind is NodeKind.SUBTREE:
@@ -73,6 +76,13 @@ def sort_attributes(element: Element, manifest: NodeManifest) -> Attributes:
             ports = ", ".join(manifest.ports) or "none"
             raise element.error(f"{manifest.type_id} has no port '{key}'; its ports: {ports}")
     return sorted_
+
+
+@lru_cache(1000)
+def _meant(key: str) -> str:
+    """Return the attribute that a similar one may be meant as, empty if there is none; a tree has many of one name."""
+    similar = get_close_matches(key, _KNOWN, n=1, cutoff=0.7)
+    return similar[0] if similar else ""
 
 
 def compile_conditions(

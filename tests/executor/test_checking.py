@@ -321,10 +321,20 @@ def test_a_tree_is_checked_on_another_thread_than_the_mission_runs_on() -> None:
         run(rig, tree('<Sleep msec="1000000"/>', "<Whereabouts/>"), nodes="tests.executor.test_checking:Whereabouts")
         Whereabouts.threads.clear()
         command(rig, Command.CHECK, tree("<Whereabouts/>"))
+        command(rig, Command.SWAP, tree('<Sleep msec="1000000"/>', "<Whereabouts/>"))
+        command(rig, Command.PAUSE)
         command(rig, Command.LOAD, tree("<Whereabouts/>"))
-        checked_on, loaded_on = Whereabouts.threads
-        assert checked_on != here
-        assert loaded_on == here
+        assert [thread == here for thread in Whereabouts.threads] == [False, False, True, True]
+
+
+@pytest.mark.parametrize("verb", [Command.SWAP, Command.LOAD])
+def test_a_tree_that_is_refused_is_never_made_on_the_thread_of_a_running_mission(verb: Command) -> None:
+    with Rig() as rig:
+        run(rig, tree('<Sleep msec="1000000"/>'), nodes="tests.executor.test_checking:Whereabouts")
+        Whereabouts.threads.clear()
+        assert "'late'" in refusal(rig, verb, tree("<Whereabouts/>" * 3, '<Script name="late" code="1 +"/>'))
+        assert threading.current_thread().name not in Whereabouts.threads
+        assert len(Whereabouts.threads) == 3
 
 
 def test_a_check_that_takes_too_long_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -336,6 +346,8 @@ def test_a_check_that_takes_too_long_is_given_up(monkeypatch: pytest.MonkeyPatch
             rig, Command.CHECK, tree("<Say text='x'/>")
         )
         assert status(rig) == before
+        assert "takes longer than 0 s" in refusal(rig, Command.SWAP, tree("<AlwaysSuccess/>"))
+        command(rig, Command.PAUSE)
         command(rig, Command.LOAD, tree("<AlwaysSuccess/>"))
 
 

@@ -267,7 +267,7 @@ class Executor(Component):
     async def mission_command(self, command: MissionCommand) -> MissionStatus:
         """Load a tree, check one, start, pause, step or halt it, or have another take over; returns the status then.
 
-        A tree is checked on another thread, while the mission continues.
+        While a mission runs, a tree is checked on another thread first: one that is refused takes the mission no time.
 
         Raises:
             RequestRefused: the command makes no sense now, or the tree cannot be built; nothing has changed.
@@ -280,10 +280,9 @@ class Executor(Component):
             raise RequestRefused(why, RefusalCode.MALFORMED)
         self._listen()
         try:
-            if command.command is Command.CHECK:
-                source = commanded_source(command, self.mission, self.main)
-                await self._checks.check(source, *self._bases(ManualClock(self.kit.now())), self._library)
-            else:
+            if command.command in TAKE_A_TREE:
+                await self._check(command)
+            if command.command is not Command.CHECK:
                 self._obey(command)
         except Illegal as error:
             raise RequestRefused(str(error), RefusalCode.CONFLICT) from None
@@ -292,11 +291,17 @@ class Executor(Component):
         self._stream()
         return self._status_now()
 
+    async def _check(self, command: MissionCommand) -> None:
+        source = commanded_source(command, self.mission, self.main)
+        if command.command is Command.SWAP:
+            self._mission.check_swap()
+        if command.command is Command.CHECK or self._mission.state is MissionState.RUNNING:
+            await self._checks.check(source, *self._bases(ManualClock(self.kit.now())), self._library)
+
     def _obey(self, command: MissionCommand) -> None:
         if command.command is Command.LOAD:
             self._load(commanded_source(command, self.mission, self.main))
         elif command.command is Command.SWAP:
-            self._mission.check_swap()
             self._swap(commanded_source(command, self.mission, self.main))
         elif command.command is Command.START:
             self._mission.start()
@@ -333,7 +338,6 @@ class Executor(Component):
         self.tick()
 
     def _bases(self, clock: Clock) -> tuple[Registry, Blackboard]:
-        """Return the node types and a root blackboard for a tree that is to be made."""
         assert self._registry is not None
         board = Blackboard(clock=clock)
         self._reflection.declare(board)

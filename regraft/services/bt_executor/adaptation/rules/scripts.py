@@ -66,10 +66,12 @@ def known_or_none(ask: Callable[[], T]) -> T | None:
 
 
 def _parts(expression: object) -> Iterator[object]:
-    if isinstance(expression, tuple):
-        for item in expression:
-            yield from _parts(item)
-    elif dataclasses.is_dataclass(expression):
-        yield expression
-        for field in dataclasses.fields(expression):
-            yield from _parts(getattr(expression, field.name))
+    """Yield the parts of an expression in the order of its text; a long sum is nested too deeply for recursion."""
+    pending = [expression]
+    while pending:
+        part = pending.pop()
+        if isinstance(part, tuple):
+            pending.extend(reversed(part))
+        elif dataclasses.is_dataclass(part):
+            yield part
+            pending.extend(getattr(part, field.name) for field in reversed(dataclasses.fields(part)))
