@@ -22,20 +22,20 @@ Body = dict[str, Any]
 
 def send_one(client: httpx.Client, random: Random, note: Note) -> None:
     """Send one hostile input, mostly a tree, by one request or several; ``note`` takes each kind and its answer."""
-    if random.random() < 0.7:
+    if random.random() < 0.6:
         kind, text = hostile_tree(random)
-        send_tree(client, kind, text, random.choice(TAKERS), note)
+        send_tree(client, kind, text, random.choice(("", *TAKERS)), note)
     else:
         kind, method, path, how = random.choice(KINDS)(random)
         note(kind, client.request(method, path, **how))
 
 
 def send_tree(client: httpx.Client, kind: str, text: str, taker: str, note: Note) -> None:
-    """Have a tree checked; one that is refused is then to take the mission's place, which is refused as well."""
+    """Have a tree checked; one that is refused may then be to take the mission's place, which is refused as well."""
     body = as_json({"tree": text})
     checked = client.post("/mission/check", **body)
     note(kind, checked)
-    if checked.status_code == REFUSED and TOO_SLOW not in checked.text:
+    if taker and checked.status_code == REFUSED and TOO_SLOW not in checked.text:
         note(f"{taker} {kind}", client.post(f"/mission/{taker}", **body))
 
 

@@ -10,14 +10,14 @@ from regraft import Component, Parameter, every
 
 
 class Pulse(SyncAction):
-    """Writes to a file how much of a processor the mission's thread has used so far, in seconds."""
+    """Writes to a file how many seconds of a processor the mission's thread and its whole process have used."""
 
     file = Input(str)
 
     def tick(self) -> Status:
         """Write a line."""
         with Path(self.file).open("a", encoding="utf-8") as file:
-            file.write(f"{time.thread_time()}\n")
+            file.write(f"{time.thread_time()} {time.process_time()}\n")
         return SUCCESS
 
 

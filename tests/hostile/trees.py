@@ -11,7 +11,7 @@ from tests.behavior_tree.random_trees import TreeMaker
 
 ROOT: Final = '<root BTCPP_format="4" main_tree_to_execute="Main">'
 LEAF: Final = "<AlwaysSuccess/>"
-MUCH: Final = (10, 300, 3_000, 30_000)
+MUCH: Final = (10, 30, 300, 300, 3_000, 30_000)
 """How often something is repeated: from harmless to more than an attribute or a document may have."""
 
 
@@ -43,7 +43,7 @@ def nested_trees(random: Random) -> str:
 def used_often(random: Random) -> str:
     """Use a sub-tree that is costly to make many times."""
     costly = random.choice((_script(random), _rules(random), "<Inverter>" * 200 + LEAF + "</Inverter>" * 200))
-    uses = '<SubTree ID="S"/>' * random.choice((2, 40, 400, 4_000))
+    uses = '<SubTree ID="S"/>' * random.choice((2, 20, 40, 400, 4_000))
     return document(f"<Sequence>{uses}</Sequence>", f'<BehaviorTree ID="S">{costly}</BehaviorTree>')
 
 
@@ -237,7 +237,7 @@ def includes(random: Random) -> str:
 
 def large(random: Random) -> str:
     """Make a text or attribute huge."""
-    size = random.choice((9_000, 11_000, 200_000, 260_000, 900_000))
+    size = random.choice((9_000, 11_000, 11_000, 40_000, 200_000, 260_000, 900_000))
     what = random.choice(("<Say text='{}'/>", "<!--{}-->", "<Say name='{}' text='x'/>", "{}" + LEAF, "<a{}/>"))
     return document(what.replace("{}", random.choice("x ;&é9") * size))
 
