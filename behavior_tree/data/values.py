@@ -40,6 +40,8 @@ TRUTH_VALUES: Final = {
     "0": False, "false": False, "False": False, "FALSE": False,
     "1": True, "true": True, "True": True, "TRUE": True,
 }  # fmt: skip
+_MAX_DIGITS: Final = 100
+"""Characters of a whole number, leading zeros included; 64 bits need 20."""
 _INT: Final = re.compile(r"[+-]?\d+")
 _WHOLE: Final = re.compile(r"([+-]?\d+)\.0*")
 _INFINITY: Final = re.compile(r"[+-]?inf(inity)?", re.IGNORECASE)
@@ -66,7 +68,8 @@ def parse_int(text: str) -> int:
         ValueError: The text is something else.
     """
     text = text.strip()
-    if not _INT.fullmatch(text) or not INT64_MIN <= int(text) <= INT64_MAX:
+    # Python refuses to read more than 4,300 digits, in words of its own.
+    if len(text) > _MAX_DIGITS or not _INT.fullmatch(text) or not INT64_MIN <= int(text) <= INT64_MAX:
         raise ValueError(f"'{text}' is not a whole number of 64 bits")
     return int(text)
 

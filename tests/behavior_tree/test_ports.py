@@ -350,6 +350,12 @@ def test_entry_that_an_untyped_port_named_first_stays_open_until_it_is_written(o
         load_text(document(f"<Sequence>{typed}{untyped}</Sequence>"), registry())
 
 
+@pytest.mark.parametrize("digits", [20, 4_000, 9_000])
+def test_whole_number_that_64_bits_do_not_hold_is_refused_however_long(digits: int) -> None:
+    with pytest.raises(LoadError, match="is not a whole number of 64 bits"):
+        tree_of(f'<Sleep msec="{"9" * digits}"/>')
+
+
 @pytest.mark.parametrize("text", ["1e999", "-1e999", "1e-999"])
 def test_number_that_no_real_holds_is_refused(text: str) -> None:
     with pytest.raises(LoadError, match="does not fit into a real of 64 bits"):

@@ -10,11 +10,20 @@ from typer.testing import CliRunner
 
 from behavior_tree import Blackboard
 from regraft import CallFailed
-from regraft.bus_schema.messages.mission import BlackboardEntries, Command, MissionState, MissionStatus, WriteBlackboard
+from regraft.bus_schema.messages.mission import (
+    BlackboardEntries,
+    Command,
+    MissionCounts,
+    MissionCountsRequest,
+    MissionState,
+    MissionStatus,
+    WriteBlackboard,
+)
 from regraft.component.component import describe
 from regraft.host.watchdog.watchdog import HUNG_TIMEOUT
 from regraft.services.bt_executor.checking import check, known_types
 from regraft.services.bt_executor.executor import Executor
+from regraft.services.bt_executor.observing.recording import steps
 from regraft.services.bt_executor.source import Source, Unloadable
 from regraft.testing import Rig
 from tests.cli.app import whole
@@ -92,6 +101,42 @@ def test_an_include_that_leads_to_no_tree_is_told_with_its_place(tmp_path: Path,
     why = refused_while_running(f'{ROOT}\n<include path="{path}"/>\n</root>', tmp_path)
     assert told in why
     assert why.startswith(("<text>:2: ", "/etc/passwd:1: "))
+
+
+@pytest.mark.parametrize(
+    ("leaf", "told"),
+    [
+        (f'<Say name="{"x" * 200_000}" text="a"/>', "name has 200000 characters: at most 10000"),
+        (f"<{'x' * 200_000}/>", "unknown node type 'xxx"),
+        (f'<Repeat num_cycles="{"9" * 9_000}"><AlwaysSuccess/></Repeat>', "is not a whole number of 64 bits"),
+    ],
+)
+def test_a_reason_is_short_however_long_what_it_quotes_is(leaf: str, told: str) -> None:
+    why = refused_while_running(tree(leaf))
+    assert why.startswith("<text>:2: ")
+    assert told in why
+    assert len(why) < 1_100
+
+
+def test_hundreds_of_nested_sub_trees_are_run_shown_recorded_and_kept(tmp_path: Path) -> None:
+    inner = [f'<SubTree ID="T{n + 1}" rounds="{{rounds}}"/>' for n in range(331)]
+    last = '<Sequence><Script code="rounds := 1"/><Sleep name="rest" msec="1000000"/></Sequence>'
+    others = "".join(f'<BehaviorTree ID="T{n}">{body}</BehaviorTree>' for n, body in enumerate([*inner, last]))
+    main = '<BehaviorTree ID="Main"><SubTree ID="T0" rounds="{rounds}"/></BehaviorTree>'
+    with Rig() as rig:
+        executor = run(rig, ENDLESS, counts=True, record=str(tmp_path / "run.jsonl"))
+        command(rig, Command.CHECK, f"{ROOT}{main}{others}</root>")
+        command(rig, Command.SWAP, f"{ROOT}{main}{others}</root>")
+        rig.advance(0.5)
+        now = status(rig)
+        assert (now.state, len(now.nodes), now.running[0][-5:]) == (MissionState.RUNNING, 335, "/rest")
+        assert now.blackboard["rounds"] == 1
+        counts = rig.call("mission/counts", MissionCountsRequest(), MissionCounts)
+        assert len(counts.nodes) == 335
+        assert executor.snapshot()["runs"]
+        assert list(steps(tmp_path / "run.jsonl"))[-1].nodes[-1].name == "rest"
+        assert command(rig, Command.HALT).state is MissionState.HALTED
+        assert [event for event in rig.events if event.kind == "component.fault"] == []
 
 
 def test_includes_without_end_are_told_with_their_place(tmp_path: Path) -> None:

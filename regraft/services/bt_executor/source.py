@@ -32,6 +32,11 @@ MAX_TEXTS = 4_000_000
 """Characters of all paths and ports together: the mission's status publishes them each second."""
 
 
+MAX_REASON_LENGTH: Final = 1_000
+"""Characters of the reason why a tree cannot be built."""
+_END_LENGTH: Final = 200
+
+
 class Unloadable(Exception):
     """A tree that cannot be built; the text names file, line and node."""
 
@@ -68,13 +73,20 @@ class Source:
             return tree
         except TreeError as error:
             node = f" (node '{error.node}')" if error.node and error.node not in str(error) else ""
-            raise Unloadable(f"{error}{node}") from error
+            raise Unloadable(shortened(f"{error}{node}")) from error
 
     def _loaded(self, registry: Registry, board: Blackboard, limits: Limits, library: TreeLibrary) -> Tree:
         if not (self.file or self.text):
             return load_from_library(self.main, library, registry, blackboard=board, limits=limits)
         load = partial(load_file, self.file) if self.file else partial(load_text, self.text, folder=Path(self.folder))
         return load(registry, main=self.main, blackboard=board, limits=limits, library=library)
+
+
+def shortened(reason: str) -> str:
+    """Return a reason, without its middle if it is too long: it may quote names and values of any length."""
+    if len(reason) <= MAX_REASON_LENGTH:
+        return reason
+    return f"{reason[: MAX_REASON_LENGTH - _END_LENGTH]} … {reason[-_END_LENGTH:]}"
 
 
 def library_of(paths: Iterable[str | Path]) -> TreeLibrary:
