@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import threading
 from bisect import bisect
 from collections import Counter
@@ -19,7 +20,7 @@ import httpx
 
 from regraft.services.bt_executor.observing.recording import Step, steps
 from tests.hostile.conftest import HEAD, Start
-from tests.hostile.mission_requests import send_one
+from tests.hostile.mission_requests import Doors, send_one
 from tests.hostile.rest import Rest
 from tests.support.waiting import PATIENCE, wait_until
 
@@ -51,20 +52,19 @@ class Answers:
     """
 
     inputs: int = 0
-    statuses: dict[str, Counter[int]] = field(default_factory=dict)
+    statuses: dict[str, Counter[str]] = field(default_factory=dict)
     wrong: list[str] = field(default_factory=list)
     unavailable: Counter[str] = field(default_factory=Counter)
     lock: threading.Lock = field(default_factory=threading.Lock)
 
-    def note(self, kind: str, answer: httpx.Response) -> None:
+    def note(self, kind: str, status: str, text: str) -> None:
         """Note an answer."""
-        status = answer.status_code
         with self.lock:
             self.statuses.setdefault(kind, Counter())[status] += 1
-            if status == 503:
-                self.unavailable[str(answer.json()["detail"])[:200]] += 1
-            elif status >= 500:
-                self.wrong.append(f"{kind}: {status} {answer.text[:500]}")
+            if status == "503":
+                self.unavailable[str(json.loads(text)["detail"])[:200]] += 1
+            elif status == "failed" or status.startswith("5"):
+                self.wrong.append(f"{kind}: {status} {text[:500]}")
 
     def lines(self) -> list[str]:
         """Return a line for each kind."""
@@ -132,8 +132,9 @@ class AttackedMission:
     def _send(self, numbers: range, seed: int) -> None:
         base = f"http://127.0.0.1:{self.rest.port}/api/v1"
         with httpx.Client(base_url=base, timeout=PATIENCE, verify=False) as client:
+            doors = Doors(client, self.rest.system.client, self.answers.note)
             for number in numbers:
-                send_one(client, Random(f"{seed} {number}"), self.answers.note)
+                send_one(doors, Random(f"{seed} {number}"))
                 with self.answers.lock:
                     self.answers.inputs += 1
 

@@ -9,6 +9,10 @@ from typing import Any, Final
 
 import httpx
 
+from regraft import CallFailed, RefusalCode
+from regraft.bus_schema.errors import SchemaError
+from regraft.bus_schema.messages.mission import Command, MissionCommand, MissionStatus
+from regraft.client import Client
 from tests.hostile.trees import document, hostile_tree
 
 TAKERS: Final = ("swap", "load")
@@ -16,27 +20,64 @@ TOO_SLOW: Final = "takes longer than"
 """The reason of a check that names time: the tree may be right, and would take the mission's place."""
 REFUSED: Final = 422
 
-Note = Callable[[str, httpx.Response], None]
+BY_BUS: Final = 0.75
+"""The share of the trees that come by the bus; the others come by REST, as all other requests do."""
+
+Note = Callable[[str, str, str], None]
+"""Takes the kind of an input, the status of its answer, and the answer's text."""
 Body = dict[str, Any]
 
 
-def send_one(client: httpx.Client, random: Random, note: Note) -> None:
-    """Send one hostile input, mostly a tree, by one request or several; ``note`` takes each kind and its answer."""
-    if random.random() < 0.6:
+class Doors:
+    """The ways to a mission: the gateway, and the bus."""
+
+    def __init__(self, rest: httpx.Client, bus: Client, note: Note) -> None:
+        """Have the answers noted."""
+        self._rest = rest
+        self._bus = bus
+        self._note = note
+
+    def request(self, kind: str, method: str, path: str, how: Body) -> httpx.Response:
+        """Send a request to the gateway."""
+        answer = self._rest.request(method, path, **how)
+        self._note(kind, str(answer.status_code), answer.text)
+        return answer
+
+    def by_rest(self, kind: str, command: str, tree: str) -> str:
+        """Give a command with a tree by REST; return why it is refused as invalid, empty for any other answer."""
+        answer = self.request(kind, "POST", f"/mission/{command}", as_json({"tree": tree}))
+        return answer.text if answer.status_code == REFUSED else ""
+
+    def by_bus(self, kind: str, command: str, tree: str) -> str:
+        """Give a command with a tree by the bus; return as above."""
+        try:
+            self._bus.call("mission/command", MissionCommand(Command(command), tree), MissionStatus)
+        except SchemaError as error:
+            self._note(kind, "unsent", str(error))
+        except CallFailed as error:
+            status = error.code.value if error.code else error.answer.value if error.answer else "silence"
+            self._note(kind, status, error.why)
+            return error.why if error.code is RefusalCode.INVALID else ""
+        else:
+            self._note(kind, "ok", "")
+        return ""
+
+
+def send_one(doors: Doors, random: Random) -> None:
+    """Send one hostile input, mostly a tree, by one request or several."""
+    if random.random() < 0.7:
         kind, text = hostile_tree(random)
-        send_tree(client, kind, text, random.choice(("", *TAKERS)), note)
+        give = doors.by_bus if random.random() < BY_BUS else doors.by_rest
+        send_tree(give, kind, text, random.choice(("", *TAKERS)))
     else:
-        kind, method, path, how = random.choice(KINDS)(random)
-        note(kind, client.request(method, path, **how))
+        doors.request(*random.choice(KINDS)(random))
 
 
-def send_tree(client: httpx.Client, kind: str, text: str, taker: str, note: Note) -> None:
+def send_tree(give: Callable[[str, str, str], str], kind: str, text: str, taker: str) -> None:
     """Have a tree checked; one that is refused may then be to take the mission's place, which is refused as well."""
-    body = as_json({"tree": text})
-    checked = client.post("/mission/check", **body)
-    note(kind, checked)
-    if taker and checked.status_code == REFUSED and TOO_SLOW not in checked.text:
-        note(f"{taker} {kind}", client.post(f"/mission/{taker}", **body))
+    refused = give(kind, "check", text)
+    if taker and refused and TOO_SLOW not in refused:
+        give(f"{taker} {kind}", taker, text)
 
 
 def as_json(body: object) -> Body:
