@@ -183,6 +183,40 @@ def test_what_no_tree_could_name_is_no_entry(key: str) -> None:
         assert "good" not in status(rig).blackboard
 
 
+RUNNING, FAILED = MissionState.RUNNING, MissionState.FAILED
+
+
+@pytest.mark.parametrize(
+    ("nodes", "state", "error"),
+    [
+        (('<Script code="t := -5"/>', '<Sleep msec="{t}"/>'), FAILED, "must be from 0 to 4294967295 milliseconds"),
+        (('<Script code="t := 1e30"/>', '<Sleep msec="{t}"/>'), FAILED, "does not fit into 64 bits"),
+        (('<LoopInt queue="{unset}" value="{v}"><AlwaysSuccess/></LoopInt>',), FAILED, "entry 'unset': "),
+        (('<ScriptCondition code="5 &amp;&amp; 2"/>',), FAILED, "5 is neither true nor false"),
+        (
+            ("<Script code=\"s := 'xx'\"/>", '<Repeat num_cycles="-1"><Script code="s += s"/></Repeat>'),
+            FAILED,
+            "at most",
+        ),
+        (('<Repeat num_cycles="-1"><Script code="a := 1e300 * 1e300"/></Repeat>',), RUNNING, ""),
+        (('<RetryUntilSuccessful num_attempts="-1"><AlwaysFailure/></RetryUntilSuccessful>',), RUNNING, ""),
+        ((f'<Repeat num_cycles="-1"><Sequence>{"<AlwaysSuccess/>" * 500}</Sequence></Repeat>',), RUNNING, ""),
+    ],
+)
+def test_a_tree_that_is_hostile_only_as_it_runs_ends_at_most_its_own_mission(
+    nodes: tuple[str, ...], state: MissionState, error: str
+) -> None:
+    with Rig() as rig:
+        run(rig, tree(*nodes))
+        rig.advance(2.0)
+        now = status(rig)
+        assert now.state is state
+        assert error in now.error
+        assert [event for event in rig.events if event.kind == "component.fault"] == []
+        command(rig, Command.LOAD, ENDLESS)
+        assert command(rig, Command.START).state is RUNNING
+
+
 # --- adapt decorators ---
 
 ADAPT = '<AdaptOnStart name="adapt" {}><AlwaysSuccess/></AdaptOnStart>'
