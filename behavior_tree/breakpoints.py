@@ -1,7 +1,7 @@
 """Breakpoints: a tick stops before or after a node, or the node gives a result that is forced on it.
 
-The rules are those of the hooks of BehaviorTree.CPP's Groot2Publisher. A tick that stops calls a function, and goes on
-when that returns. Nodes of a tree without breakpoints are ticked as before.
+The rules are those of the hooks of BehaviorTree.CPP's Groot2Publisher. A tick that stops calls a function, and
+continues when that returns. Nodes of a tree without breakpoints are ticked as before.
 """
 
 from collections.abc import Callable
@@ -53,7 +53,7 @@ class Stop:
 
 
 StopFunction = Callable[[Stop], Status | None]
-"""Called in the middle of a tick, which goes on when it returns. SUCCESS or FAILURE is forced on the node."""
+"""Called in the middle of a tick, which continues when it returns. SUCCESS or FAILURE is forced on the node."""
 
 
 class Breakpoints:

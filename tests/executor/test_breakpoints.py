@@ -32,6 +32,8 @@ from tests.stepped.parts import TinyWorld
 from tests.support.stepped.step_site import StepSite
 from tests.support.waiting import wait_until
 
+ENDLESS = 1e6
+"""Seconds of simulated time that no test waits for."""
 BEFORE, AFTER = TickPosition.BEFORE, TickPosition.AFTER
 FIRST = '<Script name="first" code="n := 1"/>'
 SECOND = '<Script name="second" code="m := n + 1"/>'
@@ -286,7 +288,7 @@ class Held:
         self.steps = StepSite("memory")
         parameters = {"autostart": False, "hold_time": hold_time}
         self.steps.start(Executor, "bt_executor", parameters=parameters, state=State.ACTIVE)
-        self.steps.start_world(TinyWorld, ("bt_executor",), 60.0)
+        self.steps.start_world(TinyWorld, ("bt_executor",), ENDLESS)
         self.ask(MissionCommand(Command.LOAD, THREE))
         request = BreakpointsRequest(BreakpointChange.SET, "second")
         self.steps.client.call("mission/breakpoints", request, MissionBreakpoints)
@@ -303,18 +305,19 @@ class Held:
 def test_simulated_time_stands_while_a_tick_has_stopped_if_it_is_to() -> None:
     held = Held(hold_time=True)
     try:
-        stamps = {held.status().stamp for _ in range(20)}
-        assert len(stamps) == 1
-        assert held.ask(MissionCommand(Command.CONTINUE)).stamp in stamps
-        assert held.steps.wait_finished().reproducible
+        stopped = held.status().stamp
+        assert {held.status().stamp for _ in range(20)} == {stopped}
+        assert held.ask(MissionCommand(Command.CONTINUE)).stamp == stopped
+        held.steps.wait_for_time(stopped + 10.0)
+        assert held.steps.told().reproducible
     finally:
         held.steps.close()
 
 
-def test_simulated_time_goes_on_while_a_tick_has_stopped_by_default() -> None:
+def test_simulated_time_continues_while_a_tick_has_stopped_by_default() -> None:
     held = Held(hold_time=False)
     try:
-        assert held.steps.wait_finished().reproducible
+        held.steps.wait_for_time(held.status().stamp + 10.0)
         assert held.status().stop is not None
     finally:
         held.steps.close()
@@ -323,7 +326,9 @@ def test_simulated_time_goes_on_while_a_tick_has_stopped_by_default() -> None:
 def test_time_that_stands_continues_when_the_executor_dies() -> None:
     held = Held(hold_time=True)
     try:
+        stopped = held.status().stamp
         held.steps.kill("bt_executor")
-        assert held.steps.wait_finished().dropped == ("bt_executor",)
+        held.steps.wait_for_time(stopped + 10.0)
+        assert held.steps.told().dropped == ("bt_executor",)
     finally:
         held.steps.close()

@@ -261,7 +261,7 @@ class Command(Enum):
 
     ``step`` ticks the paused tree once. ``swap`` has another tree take over from the one that is under way, which is
     halted; the entries of the root blackboard are carried over. ``check`` only reports what is wrong with a tree.
-    ``continue`` goes on with a tick that has stopped at a breakpoint. ``next`` goes on to the next node that runs.
+    ``continue`` continues a tick that has stopped at a breakpoint, ``next`` up to the next node that runs.
     """
 
     LOAD = "load"

@@ -64,8 +64,8 @@ Robot = Annotated[
     ),
 ]
 TAKE_A_RESULT = {
-    Command.CONTINUE: "Go on with a tick that has stopped at a breakpoint; a result is forced on the node there.",
-    Command.NEXT: "Go on to the next node that runs, or begin a tick and stop at its first one.",
+    Command.CONTINUE: "Continue a tick that has stopped at a breakpoint; a result is forced on the node there.",
+    Command.NEXT: "Continue to the next node that runs, or begin a tick and stop at its first one.",
 }
 MEANINGS = {
     Command.START: "Tick the loaded tree from now on.",

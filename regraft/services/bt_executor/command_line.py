@@ -233,7 +233,7 @@ def check(
 mission.command("break")(breakpoint_commands.set_breakpoint)
 mission.command("breakpoints")(breakpoint_commands.list_breakpoints)
 mission.command("clear")(breakpoint_commands.clear_breakpoints)
-mission.command("continue")(breakpoint_commands.go_on)
+mission.command("continue")(breakpoint_commands.resume)
 mission.command("next")(breakpoint_commands.go_to_next)
 mission.command("models")(drawing.models)
 mission.command("dot")(drawing.dot)

@@ -46,7 +46,14 @@ from regraft.services.bt_executor.blackboard_feed import REFLECTED, BlackboardFe
 from regraft.services.bt_executor.boards import read_board, summary, write_board
 from regraft.services.bt_executor.debugging.breakpoint_requests import change_breakpoints, forced_status, listed
 from regraft.services.bt_executor.leaves.context import LeafContext
-from regraft.services.bt_executor.mission import UNDER_WAY, Illegal, Mission, commanded_source
+from regraft.services.bt_executor.mission import (
+    TAKE_A_TREE,
+    UNDER_WAY,
+    Illegal,
+    Mission,
+    check_command,
+    commanded_source,
+)
 from regraft.services.bt_executor.mocks import with_mocks
 from regraft.services.bt_executor.node_types import node_types
 from regraft.services.bt_executor.observing.observation import Observation
@@ -58,9 +65,6 @@ from regraft.services.bt_executor.source import Source, Unloadable, library_of
 from regraft.services.bt_executor.state import kept_source, kept_state, restore_board
 from regraft.services.bt_executor.tick_scheduler import TickScheduler
 from regraft.services.bt_executor.tree_checks import TreeChecks
-
-TAKE_A_TREE = (Command.LOAD, Command.SWAP, Command.CHECK)
-TAKE_A_RESULT = (Command.CONTINUE, Command.NEXT)
 
 
 class Executor(Component):
@@ -272,12 +276,7 @@ class Executor(Component):
         Raises:
             RequestRefused: the command makes no sense now, or the tree cannot be built; nothing has changed.
         """
-        if command.command not in TAKE_A_TREE and (command.tree or command.main):
-            why = f"{command.command.value} takes no tree; load it, then {command.command.value}"
-            raise RequestRefused(why, RefusalCode.MALFORMED)
-        if command.command not in TAKE_A_RESULT and command.result is not None:
-            why = f"{command.command.value} forces no result; continue and next do"
-            raise RequestRefused(why, RefusalCode.MALFORMED)
+        check_command(command)
         self._listen()
         try:
             if command.command in TAKE_A_TREE:
@@ -314,7 +313,7 @@ class Executor(Component):
             self._debug(command)
 
     def _debug(self, command: MissionCommand) -> None:
-        if self._mission.tree:
+        if self._mission.tree and self._mission.debugging.stop is None:
             self._reflection.update(self._mission.tree.blackboard)
         forced = forced_status(command.result)
         if command.command is Command.STEP:
@@ -322,7 +321,7 @@ class Executor(Component):
         elif command.command is Command.NEXT:
             self._run(lambda: self._mission.go_to_next(forced))
         else:
-            self._run(lambda: self._mission.go_on(forced))
+            self._run(lambda: self._mission.resume(forced))
 
     def _load(self, source: Source) -> None:
         """Take the tree of a source; raises Unloadable, and the mission then stays as it is."""

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from behavior_tree import FAILURE, RUNNING, SUCCESS, NodeError, Status, Stop, TransitionHook, Tree
-from regraft.bus_schema.messages.mission import MissionCommand, MissionNode, MissionState
+from regraft import RefusalCode, RequestRefused
+from regraft.bus_schema.messages.mission import Command, MissionCommand, MissionNode, MissionState
 from regraft.services.bt_executor.boards import carry_over
 from regraft.services.bt_executor.debugging.stopped_tick import Debugging
 from regraft.services.bt_executor.source import Source
@@ -21,10 +22,21 @@ MAX_NAMED = 8
 """Blackboard entries that an event names in its text; its details have all."""
 
 UNDER_WAY = (MissionState.RUNNING, MissionState.PAUSED)
+TAKE_A_TREE = (Command.LOAD, Command.SWAP, Command.CHECK)
+TAKE_A_RESULT = (Command.CONTINUE, Command.NEXT)
 
 
 class Illegal(Exception):
     """A command that makes no sense in the mission's state; the text states what would be right."""
+
+
+def check_command(command: MissionCommand) -> None:
+    """Make sure that a command has nothing that it does not take; raises RequestRefused."""
+    verb = command.command.value
+    if command.command not in TAKE_A_TREE and (command.tree or command.main):
+        raise RequestRefused(f"{verb} takes no tree; load it, then {verb}", RefusalCode.MALFORMED)
+    if command.command not in TAKE_A_RESULT and command.result is not None:
+        raise RequestRefused(f"{verb} forces no result; continue and next do", RefusalCode.MALFORMED)
 
 
 def commanded_source(command: MissionCommand, mission: str, main: str) -> Source:
@@ -171,18 +183,18 @@ class Mission:
             self._begin(MissionState.PAUSED)
         self._advance(1)
 
-    def go_on(self, forced: Status | None = None) -> None:
-        """Go on with a tick that has stopped at a breakpoint; the node may be given a result.
+    def resume(self, forced: Status | None = None) -> None:
+        """Continue a tick that has stopped at a breakpoint; the node may be given a result.
 
         Raises:
             Illegal: it has not stopped.
         """
         if self.debugging.stop is None:
             raise Illegal("the tree has not stopped at a breakpoint")
-        self.debugging.go_on(forced)
+        self.debugging.resume(forced)
 
     def go_to_next(self, forced: Status | None = None) -> None:
-        """Go on to the next node that runs, in this tick or else in one that begins now, and stop before it.
+        """Continue, and stop before the next node that runs, in this tick or in one that begins now.
 
         A tree that was not started is started, and paused.
 
@@ -191,7 +203,7 @@ class Mission:
         """
         self._tree("debug")
         if self.debugging.stop is not None:
-            self.debugging.go_on(forced, to_next=True)
+            self.debugging.resume(forced, to_next=True)
         elif forced is not None:
             raise Illegal("the tree has not stopped at a node that could be given a result")
         else:

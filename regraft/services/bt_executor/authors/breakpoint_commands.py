@@ -65,14 +65,14 @@ def clear_breakpoints(
     _ask(ctx, robot, system, BreakpointsRequest(change, node, _position(after)), as_json)
 
 
-def go_on(
+def resume(
     ctx: typer.Context,
     result: ResultOption = None,
     robot: RobotOption = "",
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Go on with a tick that has stopped at a breakpoint."""
+    """Continue a tick that has stopped at a breakpoint."""
     give_command(ctx, robot, system, MissionCommand(Command.CONTINUE, result=result), as_json)
 
 
@@ -83,7 +83,7 @@ def go_to_next(
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Go on to the next node that runs, and stop before it."""
+    """Continue to the next node that runs, and stop before it."""
     give_command(ctx, robot, system, MissionCommand(Command.NEXT, result=result), as_json)
 
 

@@ -1,1 +1,1 @@
-"""Breakpoints in missions: ticks that stop in their middle, and go on."""
+"""Breakpoints in missions: ticks that stop in their middle."""

@@ -59,8 +59,8 @@ class Debugging:
         self._tick = greenlet(work)
         self._switch()
 
-    def go_on(self, forced: Status | None, *, to_next: bool = False) -> None:
-        """Go on with the tick that has stopped, to its end or to where it stops again; ``forced`` is the node's result.
+    def resume(self, forced: Status | None, *, to_next: bool = False) -> None:
+        """Continue the tick that has stopped, to its end or to where it stops again; ``forced`` is the node's result.
 
         With ``to_next`` that is before the next node that runs, in this tick or a later one.
         """
