@@ -285,7 +285,7 @@ class Mission:
         return ""
 
     def _note_stop(self, stop: Stop) -> None:
-        text = f"{stop.position.value} '{stop.node.path}'"
+        text = f"stopped {stop.position.value} '{stop.node.path}'"
         self._tell("mission.stopped", text, node=stop.node.path, position=stop.position.value)
 
     def _note_failed_leaf(self, uid: int, previous: Status, status: Status, time: float) -> None:
