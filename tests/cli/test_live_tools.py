@@ -59,8 +59,8 @@ def test_counts_are_shown_as_soon_as_the_parameter_is_set_and_no_more_without_it
     assert "set the parameter 'counts' to true" in regraft(patrol.home, "mission", "show", "--counts").stderr
     patrol.ask("param", "set", "bt_executor", "counts=true")
 
-    def counted() -> dict[str, Any] | None:
-        nodes = patrol.ask("mission", "show", "--counts")["nodes"]
+    def counted() -> list[dict[str, Any]] | None:
+        nodes: list[dict[str, Any]] = patrol.ask("mission", "show", "--counts")["nodes"]
         assert [node["uid"] for node in nodes] == list(range(1, 7))
         return nodes if nodes[-1]["successes"] > 3 else None
 

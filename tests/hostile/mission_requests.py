@@ -117,7 +117,7 @@ def _odd_value(random: Random) -> Any:
 
 def wrong_write(random: Random) -> tuple[str, str, str, Body]:
     """Write to the mission's counter what is no whole number, with other entries, which must stay out as well."""
-    value = random.choice(("many", "", 1.5, "\0", [], {}, float("nan"), 2**64, "9" * 400, "x" * 200_000))
+    value: Any = random.choice(("many", "", 1.5, "\0", [], {}, float("nan"), 2**64, "9" * 400, "x" * 200_000))
     entries = {"rounds": value, **{_odd_name(random): _odd_value(random) for _ in range(random.randrange(5))}}
     entries["rounds"] = value
     return "wrong write", "PATCH", "/mission/blackboard", as_json(entries)
