@@ -3,25 +3,17 @@
 from __future__ import annotations
 
 import json
-import threading
-from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
-from typing import ClassVar, cast
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner, Result
 
-from behavior_tree import Blackboard, NodeSetup, Registry, SyncAction
-from regraft import Future, Kit, RefusalCode, RequestRefused
+from behavior_tree import NodeSetup, SyncAction
 from regraft.bus_schema.messages.mission import Command, MissionState
-from regraft.services.bt_executor import tree_checks
 from regraft.services.bt_executor.checking import check, known_types
 from regraft.services.bt_executor.executor import Executor
-from regraft.services.bt_executor.source import LIMITS, Source
-from regraft.services.bt_executor.tree_checks import TreeChecks
 from regraft.stack import load
 from regraft.testing import Rig
 from tests.cli.app import whole
@@ -303,75 +295,6 @@ def test_a_text_that_doubles_without_end_fails_its_script_and_nothing_else() -> 
         assert "grow" in failed.error
         assert "at most 100000" in failed.error
         assert [event for event in rig.events if event.kind == "component.fault"] == []
-
-
-class Whereabouts(SyncAction):
-    """A leaf that keeps where it was made."""
-
-    threads: ClassVar[list[str]] = []
-
-    def __init__(self, setup: NodeSetup) -> None:
-        super().__init__(setup)
-        self.threads.append(threading.current_thread().name)
-
-
-def test_a_tree_is_checked_on_another_thread_than_the_mission_runs_on() -> None:
-    here = threading.current_thread().name
-    with Rig() as rig:
-        run(rig, tree('<Sleep msec="1000000"/>', "<Whereabouts/>"), nodes="tests.executor.test_checking:Whereabouts")
-        Whereabouts.threads.clear()
-        command(rig, Command.CHECK, tree("<Whereabouts/>"))
-        command(rig, Command.SWAP, tree('<Sleep msec="1000000"/>', "<Whereabouts/>"))
-        command(rig, Command.PAUSE)
-        command(rig, Command.LOAD, tree("<Whereabouts/>"))
-        assert [thread == here for thread in Whereabouts.threads] == [False, False, True, True]
-
-
-@pytest.mark.parametrize("verb", [Command.SWAP, Command.LOAD])
-def test_a_tree_that_is_refused_is_never_made_on_the_thread_of_a_running_mission(verb: Command) -> None:
-    with Rig() as rig:
-        run(rig, tree('<Sleep msec="1000000"/>'), nodes="tests.executor.test_checking:Whereabouts")
-        Whereabouts.threads.clear()
-        assert "'late'" in refusal(rig, verb, tree("<Whereabouts/>" * 3, '<Script name="late" code="1 +"/>'))
-        assert threading.current_thread().name not in Whereabouts.threads
-        assert len(Whereabouts.threads) == 3
-
-
-def test_a_check_that_takes_too_long_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tree_checks, "CHECK_LIMITS", replace(LIMITS, seconds=0.0))
-    with Rig() as rig:
-        run(rig, tree('<Sleep msec="1000000"/>'))
-        before = status(rig)
-        assert "making the tree takes longer than 0 s, up to node 1" in refusal(
-            rig, Command.CHECK, tree("<Say text='x'/>")
-        )
-        assert status(rig) == before
-        assert "takes longer than 0 s" in refusal(rig, Command.SWAP, tree("<AlwaysSuccess/>"))
-        command(rig, Command.PAUSE)
-        command(rig, Command.LOAD, tree("<AlwaysSuccess/>"))
-
-
-def test_more_checks_at_once_than_the_limit_are_refused() -> None:
-    waiting: list[Future[None]] = []
-
-    def compute(*_: object) -> Future[None]:
-        waiting.append(Future())
-        return waiting[-1]
-
-    checks = TreeChecks(cast("Kit", SimpleNamespace(compute=compute)))
-    begun = [checks.check(Source(), Registry(), Blackboard()) for _ in range(tree_checks.MAX_CHECKS + 1)]
-    for check_ in begun[:-1]:
-        check_.send(None)
-    with pytest.raises(RequestRefused, match="4 trees are being checked: check this one later") as refused:
-        begun[-1].send(None)
-    assert refused.value.code is RefusalCode.BUSY
-    waiting[0].resolve(None)
-    with pytest.raises(StopIteration):
-        begun[0].send(None)
-    again = checks.check(Source(), Registry(), Blackboard())
-    again.send(None)
-    for check_ in (*begun[1:-1], again):
-        check_.close()
 
 
 BLANKS = " " * 9_900

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
@@ -16,6 +17,10 @@ CHECK_LIMITS: Final = replace(LIMITS, seconds=3.0)
 """A tree that takes longer could not be loaded: see the executor's ``handler_timeout``."""
 MAX_CHECKS: Final = 4
 """Trees that are being checked, or wait for that, at once."""
+USUAL_INTERVAL: Final = sys.getswitchinterval()
+"""Seconds after which a thread of Python gives way to another: 5 ms."""
+CHECK_INTERVAL: Final = USUAL_INTERVAL / 10
+"""The same while a tree is checked. A tick waits so long each time that it comes back from a file or the bus."""
 
 
 class TreeChecks:
@@ -37,7 +42,10 @@ class TreeChecks:
         if self._under_way >= MAX_CHECKS:
             raise RequestRefused(f"{self._under_way} trees are being checked: check this one later", RefusalCode.BUSY)
         self._under_way += 1
+        sys.setswitchinterval(CHECK_INTERVAL)
         try:
             await self._kit.compute(source.load, registry, board, CHECK_LIMITS, library)
         finally:
             self._under_way -= 1
+            if not self._under_way:
+                sys.setswitchinterval(USUAL_INTERVAL)

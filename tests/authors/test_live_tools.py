@@ -87,7 +87,7 @@ def test_what_is_recorded_while_a_mission_runs_is_replayed_also_before_the_recor
     assert [line["tree"] for line in recorded if line["tick"] == 0] == ["Patrol", "Home"]
     assert "Patrol, 6 nodes" in text
     assert "wait (Sleep): idle -> running" in text
-    (last,) = documents(patrol, "mission", "replay", str(file), "--at", str(recorded[-1]["stamp"]))
+    last = patrol.ask("mission", "replay", str(file), "--at", str(recorded[-1]["stamp"]))
     shown = patrol.ask("mission", "show")["nodes"]
     assert [(node["path"], node["status"]) for node in last["nodes"]] == [
         (node["path"], node["status"]) for node in shown
