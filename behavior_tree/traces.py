@@ -4,17 +4,19 @@ A record has the XML of a tree of scripted leaves and how it was ticked. ``exact
 node asked for another tick. Then come the number of the tick in whose place the tree was halted (-1: none), and a line
 for each tick. A line has the result's letter or ``error`` and the stored statuses' letters in order of creation. The
 events of the leaves and the values of the top blackboard follow. An error ends the trace; its line may be the word
-alone, and then states no more.
+alone, and then states no more. A trace without lines is that of a tree that was refused when it was loaded.
 """
 
 import json
 import math
+from collections.abc import Callable, MutableSequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 from .clock import ManualClock
 from .errors import TreeError
 from .load import load_text
+from .node_registry import Registry
 from .scripted import LETTERS, scripted_registry
 from .tree import Tree
 
@@ -93,19 +95,27 @@ def parse_record(text: str) -> Record:
     return Record(given["xml"], given["mode"], given["halt_at"], lines)
 
 
-def first_mismatch(record: Record) -> Mismatch | None:
+def first_mismatch(
+    record: Record, registry: Callable[[MutableSequence[str]], Registry] = scripted_registry
+) -> Mismatch | None:
     """Run a record's tree and return the first difference, None if there is none.
 
     Nothing that the tree does raises here; only the engine's own errors are what a trace calls an error, anything else
     differs. The tree is halted as BehaviorTree.CPP does it, see `Tree.halt_tree`.
+
+    Args:
+        record: The trace.
+        registry: Makes the node types, whose leaves log their events into the list that it is given.
     """
     events: list[str] = []
     try:
-        tree = load_text(record.xml, scripted_registry(events), clock=ManualClock(), strict=True)
+        tree = load_text(record.xml, registry(events), clock=ManualClock(), strict=True)
     except Exception as error:
-        if _is_ours(error) and record.trace and record.trace[0].root == ERROR:
+        if _is_ours(error) and (not record.trace or record.trace[0].root == ERROR):
             return None
-        return Mismatch(0, "loading", "a tree", _shown(error))
+        return Mismatch(0, "loading", "a tree" if record.trace else "a refusal", _shown(error))
+    if not record.trace:
+        return Mismatch(0, "loading", "a refusal", "a tree")
     for number, expected in enumerate(record.trace, start=1):
         events.clear()
         got, reason = _step(tree, record, number, events)

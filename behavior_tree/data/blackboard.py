@@ -80,17 +80,26 @@ class Blackboard:
             raise BlackboardError(f"blackboard entry '{key}' is empty: nothing has been written to it yet")
         return entry.value
 
-    def set(self, key: str, value: Any) -> None:
+    def set(self, key: str, value: Any, kind: PortType = None) -> None:
         """Write an entry, creating it if need be; text is converted to the entry's type.
+
+        An entry without a type takes the value's, but new text leaves it open, as in BehaviorTree.CPP.
+
+        Args:
+            key: The entry.
+            value: Its value.
+            kind: The value's type where that is known more closely, as of a list's items.
 
         Raises:
             BlackboardError: The value does not fit the entry's type, or is None.
         """
         if value is None:
             raise BlackboardError(f"cannot write None to blackboard entry '{key}'; use unset to remove it")
-        entry = self.find(key) or self.declare(key)
-        if entry.type is None or (entry.type is str and entry.value is None):
-            entry.type = type(value)
+        entry = self.find(key)
+        if entry is None:
+            entry = self.declare(key, None if isinstance(value, str) else kind or type(value))
+        elif entry.type is None or (entry.type is str and not isinstance(entry.value, str)):
+            entry.type = kind or type(value)
         self.store(entry, self._converted(key, value, entry.type))
 
     def store(self, entry: Entry, value: Any) -> None:

@@ -242,6 +242,11 @@ def _list_from_text(text: str, item: PortType, converters: Mapping[Any, Converte
             raise ValueError("the JSON is nested too deeply") from None
         if not isinstance(parsed, list):
             raise ValueError(f"'{text}' is not a list")
+        if item in (str, int, float):
+            # Text and numbers convert to each other elsewhere; in JSON the one is not written for the other.
+            for entry in parsed:
+                if isinstance(entry, str) != (item is str) or (item is float and isinstance(entry, bool)):
+                    raise ValueError(f"{json.dumps(entry)} in '{text}' is not a {type_name(item)}")
         return [to_type(entry, item, converters) for entry in parsed]
     return [from_text(entry, item, converters) for entry in split_list(text)]
 

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from ..data.values import to_type
 from ..errors import PortError
 from ..nodes.leaf import SyncAction
 from ..nodes.ports import InOut, Input
@@ -26,17 +27,24 @@ class SetBlackboard(SyncAction):
         target = self.output_key
         source_key = board_key(text, "value")
         if source_key is None:
-            self.blackboard.set(target, text)
+            self.blackboard.set(target, self._converted(target, text))
             return SUCCESS
         source = self.blackboard.find(source_key)
         if source is None:
             raise PortError(f"input 'value': there is no blackboard entry '{source_key}'", node=self.path)
-        if source.value is None:
-            return FAILURE
         if self.blackboard.find(target) is None:
             self.blackboard.declare(target, source.type)
+        if source.value is None:
+            return FAILURE
         self.blackboard.set(target, source.value)
         return SUCCESS
+
+    def _converted(self, target: str, text: str) -> Any:
+        """Return text for an entry without a type as what the entry holds; BehaviorTree.CPP would empty it."""
+        entry = self.blackboard.find(target)
+        if entry is None or entry.type is not None or entry.value is None:
+            return text
+        return to_type(text, type(entry.value), self.blackboard.converters)
 
 
 class UnsetBlackboard(SyncAction):

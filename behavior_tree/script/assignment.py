@@ -1,4 +1,7 @@
-"""How scripts write blackboard entries: the first value fixes the type, later ones are converted to it."""
+"""How scripts write blackboard entries: later values are converted to the type of the one that is there.
+
+A script gives no entry a type. As in BehaviorTree.CPP, the first write of a node fixes that.
+"""
 
 from collections.abc import Mapping
 from typing import Any
@@ -33,10 +36,13 @@ def assign(board: Blackboard, name: str, entry: Entry, value: Any, enums: Mappin
     """
     if value is None:
         raise ScriptError(f"cannot assign to '{name}': the right side is an empty entry")
-    if entry.value is None:
-        stored = _first_value(board, name, entry, value)
+    if isinstance(value, str):
+        stored = _text(board, name, entry, value, enums)
+    elif entry.value is None:
+        # A number keeps its own type here even if a port declared another: BehaviorTree.CPP does the same.
+        stored = value
     else:
-        stored = _next_value(board, name, entry, value, enums)
+        stored = _next_value(board, name, entry, value)
     board.store(entry, stored)
     return stored
 
@@ -62,24 +68,24 @@ def assign_combined(
     return assign(board, name, entry, BINARY[operator](entry.value, value), enums)
 
 
-def _first_value(board: Blackboard, name: str, entry: Entry, value: Any) -> Any:
-    if entry.type is None or entry.type is str:
-        entry.type = type(value)
-        return value
-    # A number keeps its own type here even if a port declared another: BehaviorTree.CPP does the same.
-    return _parsed(board, name, value, entry.type) if isinstance(value, str) else value
+def _text(board: Blackboard, name: str, entry: Entry, text: str, enums: Mapping[str, int]) -> Any:
+    current, kind = entry.value, entry.type
+    if isinstance(current, str) or (current is None and (kind is None or kind is str)):
+        return text
+    if kind is not None:
+        return _parsed(board, name, entry, text, enums)
+    if isinstance(current, int | float):
+        # The entry is a script's own, without a type: BehaviorTree.CPP makes it a real, even if it was whole.
+        return float(_number(name, text, enums))
+    raise ScriptError(f"'{name}' holds a {type(current).__name__}; cannot assign {text!r} to it")
 
 
-def _next_value(board: Blackboard, name: str, entry: Entry, value: Any, enums: Mapping[str, int]) -> Any:
+def _next_value(board: Blackboard, name: str, entry: Entry, value: Any) -> Any:
     current = entry.value
-    if isinstance(current, str) != isinstance(value, str):
-        if isinstance(current, str):
-            raise ScriptError(f"'{name}' holds text; cannot assign {value!r} to it")
-        if isinstance(current, int | float):
-            return _number(board, name, entry, value, enums)
-        return _parsed(board, name, value, entry.type)
     if isinstance(current, int | float) and isinstance(value, int | float):
         return _like(board, name, current, value)
+    if isinstance(current, str):
+        raise ScriptError(f"'{name}' holds text; cannot assign {value!r} to it")
     if isinstance(value, type(current)) or isinstance(current, type(value)):
         return value
     raise ScriptError(f"'{name}' holds a {type(current).__name__}; cannot assign {value!r} to it")
@@ -94,20 +100,17 @@ def _like(board: Blackboard, name: str, current: Any, value: float) -> Any:
         raise ScriptError(f"cannot change '{name}' from {current} to {value}: {error}") from None
 
 
-def _number(board: Blackboard, name: str, entry: Entry, text: str, enums: Mapping[str, int]) -> Any:
+def _parsed(board: Blackboard, name: str, entry: Entry, text: str, enums: Mapping[str, int]) -> Any:
     try:
         return from_text(text, entry.type, board.converters)
-    except ValueError:
-        pass
+    except ValueError as error:
+        if isinstance(entry.value, int | float):
+            return _like(board, name, entry.value, _number(name, text, enums))
+        raise ScriptError(f"cannot assign text to '{name}': {error}") from error
+
+
+def _number(name: str, text: str, enums: Mapping[str, int]) -> float:
     try:
-        number = number_from_text(text, enums)
+        return number_from_text(text, enums)
     except ScriptError as error:
         raise ScriptError(f"cannot assign to '{name}': {error.message}") from error
-    return _like(board, name, entry.value, number)
-
-
-def _parsed(board: Blackboard, name: str, text: str, kind: Any) -> Any:
-    try:
-        return from_text(text, kind, board.converters)
-    except ValueError as error:
-        raise ScriptError(f"cannot assign text to '{name}': {error}") from error

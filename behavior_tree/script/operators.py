@@ -41,8 +41,19 @@ def truth(value: Any) -> bool:
 
 
 def chosen(value: Any) -> bool:
-    """Return whether a value selects the first branch of ``? :``: non-empty text, or a true number."""
-    return bool(value) if isinstance(value, str | int) else truth(value)
+    """Return whether a value selects the first branch of ``? :``: a number, or text for one, that is not zero.
+
+    Raises:
+        ScriptError: The value is no number.
+    """
+    if isinstance(value, int | float):
+        return value != 0
+    if isinstance(value, str):
+        try:
+            return parse_real(value) != 0
+        except ValueError as error:
+            raise ScriptError(f"text where '? :' needs a number: {error}") from None
+    raise ScriptError(f"{_shown(value)} is no number; one that is not zero selects the first branch of '? :'")
 
 
 def negate(value: Any) -> float:

@@ -80,7 +80,7 @@ def _writer(port: PortModel, key: str, board: Blackboard, path: str) -> Writer:
 
     def write(value: Any) -> None:
         try:
-            board.set(key, to_type(value, kind, converters))
+            board.set(key, to_type(value, kind, converters), kind)
         except (BlackboardError, ValueError) as error:
             raise PortError(f"output '{name}' to entry '{key}': {error}", node=path) from error
 

@@ -58,7 +58,12 @@ def _told(board: Blackboard, key: str, now: float) -> BlackboardEntry:
         why = f"there is no blackboard entry {key!r}; {instead_of(key, board.keys())}"
         raise BoardRefusal(why, RefusalCode.NOT_FOUND)
     age = max(0.0, now - entry.stamp) if entry.sequence else None
-    return BlackboardEntry(key, shown(entry.value), type_name(entry.type), entry.sequence, age)
+    return BlackboardEntry(key, shown(entry.value), type_name(_type_of(entry)), entry.sequence, age)
+
+
+def _type_of(entry: Entry) -> Any:
+    """Return an entry's type; that of its value if no node has given it one, as where a script created it."""
+    return type(entry.value) if entry.type is None and entry.value is not None else entry.type
 
 
 def write_board(tree: Tree, path: str, values: Mapping[str, PlainValue], now: float) -> BlackboardEntries:
@@ -104,6 +109,8 @@ def _check(key: str, value: PlainValue) -> None:
 
 def _write(board: Blackboard, key: str, value: PlainValue) -> None:
     entry = board.find(key)
+    if entry:
+        entry.type = _type_of(entry)
     try:
         board.set(key, _converted(value, entry.type, board) if entry else value)
     except BlackboardError as error:

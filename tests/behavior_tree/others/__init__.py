@@ -1,0 +1,1 @@
+"""Small equivalents of trees of others, and what BehaviorTree.CPP makes of them."""
