@@ -195,10 +195,10 @@ class BoardMaker:
         if choice == 9:
             return self._element("UnsetBlackboard", {"key": self._one(KEYS)})
         if choice == 10:
-            name, value = self._one((
+            leaf, values = self._one((
                 ("PassFault", ("LOW", "BIG", "1", "100", "{a}", "{b}")), ("PassStatus", ("SUCCESS", "RUNNING", "{c}")),
             ))  # fmt: skip
-            return self._forgiven(self._leaf(name, {"in": self._one(value)}))
+            return self._forgiven(self._leaf(leaf, {"in": self._one(values)}))
         return self._subtree(below) if below else self._forgiven(self._leaf("PassAny", {"in": "{a}", "out": "{b}"}))
 
     def _subtree(self, tree: str) -> str:

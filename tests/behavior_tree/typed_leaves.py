@@ -4,9 +4,9 @@ Each reads ``in``, logs its value as ``name:value`` and writes it to ``out`` whe
 fails where it cannot read.
 """
 
-from collections.abc import Callable, MutableSequence
+from collections.abc import MutableSequence
 from enum import IntEnum
-from typing import Any, ClassVar
+from typing import Any
 
 from behavior_tree import FAILURE, SUCCESS, Input, NodeSetup, Output, PortError, Registry, Status, SyncAction
 from behavior_tree.data.values import number_text
@@ -21,11 +21,13 @@ class Fault(IntEnum):
 
 
 class _Pass(SyncAction):
-    shown: ClassVar[Callable[[Any], str]]
-
     def __init__(self, setup: NodeSetup, events: MutableSequence[str]) -> None:
         super().__init__(setup)
         self._events = events
+
+    @staticmethod
+    def shown(value: Any) -> str:
+        return str(value)
 
     def tick(self) -> Status:
         try:
@@ -33,62 +35,80 @@ class _Pass(SyncAction):
         except PortError:
             self._events.append(f"{self.name}:!")
             return FAILURE
-        self._events.append(f"{self.name}:{type(self).shown(value)}")
+        self._events.append(f"{self.name}:{self.shown(value)}")
         if "out" in self.setup.writers:
             self.write_port("out", value)
         return SUCCESS
 
 
-def _real(value: float) -> str:
-    return f"{value:.6f}"
-
-
 class PassInt(_Pass):
-    given, result, shown = Input(int, name="in"), Output(int, name="out"), str
+    given, result = Input(int, name="in"), Output(int, name="out")
 
 
 class PassReal(_Pass):
-    given, result, shown = Input(float, name="in"), Output(float, name="out"), _real
+    given, result = Input(float, name="in"), Output(float, name="out")
+
+    @staticmethod
+    def shown(value: Any) -> str:
+        return number_text(float(value))
 
 
 class PassBool(_Pass):
     given, result = Input(bool, name="in"), Output(bool, name="out")
-    shown = staticmethod(lambda value: "true" if value else "false")
+
+    @staticmethod
+    def shown(value: Any) -> str:
+        return "true" if value else "false"
 
 
 class PassText(_Pass):
-    given, result, shown = Input(str, name="in"), Output(str, name="out"), str
+    given, result = Input(str, name="in"), Output(str, name="out")
 
 
 class PassInts(_Pass):
     given, result = Input(list[int], name="in"), Output(list[int], name="out")
-    shown = staticmethod(lambda values: ";".join(map(str, values)))
+
+    @staticmethod
+    def shown(value: Any) -> str:
+        return ";".join(map(str, value))
 
 
 class PassReals(_Pass):
     given, result = Input(list[float], name="in"), Output(list[float], name="out")
-    shown = staticmethod(lambda values: ";".join(map(_real, values)))
+
+    @staticmethod
+    def shown(value: Any) -> str:
+        return ";".join(map(number_text, value))
 
 
 class PassTexts(_Pass):
     given, result = Input(list[str], name="in"), Output(list[str], name="out")
-    shown = staticmethod(";".join)
+
+    @staticmethod
+    def shown(value: Any) -> str:
+        return ";".join(value)
 
 
 class PassFault(_Pass):
     given = Input(Fault, name="in")
-    shown = staticmethod(lambda value: str(int(value)))
+
+    @staticmethod
+    def shown(value: Any) -> str:
+        return str(int(value))
 
 
 class PassStatus(_Pass):
     given = Input(Status, name="in")
-    shown = staticmethod(status_name)
+
+    @staticmethod
+    def shown(value: Any) -> str:
+        return status_name(value)
 
 
 class PassAny(_Pass):
     """Its ports have no type; it reads text or a number as text."""
 
-    given, result, shown = Input[Any](name="in"), Output[Any](name="out"), str
+    given, result = Input[Any](name="in"), Output[Any](name="out")
 
     def tick(self) -> Status:
         value = self.read_port_or("in")
