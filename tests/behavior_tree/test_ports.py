@@ -382,30 +382,3 @@ def test_long_texts_are_no_references_and_no_numbers_after_one_pass() -> None:
     assert board_key(f"{blanks}{{=}}{blanks}", "p") == "p"
     with pytest.raises(ValueError, match="is not a number"):
         parse_real("9" * 200_000 + "x")
-
-
-def test_entry_that_a_script_created_takes_the_type_of_the_node_that_writes_it() -> None:
-    tree = load_text(document("<Sequence><Script code='v := 1'/></Sequence>"), registry())
-    tree.tick_once()
-    tree.blackboard.set("v", "text")
-    assert tree.blackboard.get("v") == "text"
-    with pytest.raises(BlackboardError, match="holds text"):
-        tree.blackboard.set("v", 2)
-
-
-def test_new_text_leaves_an_entry_open_and_the_next_write_fixes_its_type() -> None:
-    board = Blackboard()
-    board.set("v", "text")
-    board.set("v", [1], list[int])
-    entry = board.find("v")
-    assert entry is not None
-    assert (entry.value, entry.type) == ([1], list[int])
-
-
-def test_set_blackboard_creates_its_entry_also_from_an_empty_one() -> None:
-    tree = tree_of(
-        '<Sequence><Script code="v := w" _skipIf="true"/><SetBlackboard value="{e}" output_key="v"/></Sequence>'
-    )
-    tree.blackboard.declare("e")
-    assert ticks(tree, 1) == "F"
-    assert tree.blackboard.dump() == {"e": None, "v": None}

@@ -7,9 +7,9 @@ from random import Random
 
 from behavior_tree import LoadError, load_text
 from behavior_tree.traces import ERROR, Line, Record, first_mismatch, parse_record
-from tests.behavior_tree.random_boards import BoardMaker
+from tests.behavior_tree.golden.random_boards import BoardMaker
+from tests.behavior_tree.golden.typed_leaves import typed_registry
 from tests.behavior_tree.trees import document
-from tests.behavior_tree.typed_leaves import typed_registry
 
 BOARDS = Path(__file__).with_name("btcpp_boards.jsonl.gz")
 TRACES = Path(__file__).with_name("btcpp_traces.jsonl.gz")

@@ -6,7 +6,7 @@ from pathlib import Path
 from behavior_tree import LoadError, ManualClock, TreeError, load_text
 from behavior_tree.scripted import LETTERS
 from behavior_tree.status import RUNNING
-from tests.behavior_tree.typed_leaves import typed_registry
+from tests.behavior_tree.golden.typed_leaves import typed_registry
 
 FOLDER = Path(__file__).parent
 TICKS = 20

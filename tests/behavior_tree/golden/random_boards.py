@@ -9,7 +9,7 @@ from random import Random
 from typing import TypeVar
 from xml.sax.saxutils import quoteattr
 
-from .random_trees import TreeMaker
+from tests.behavior_tree.random_trees import TreeMaker
 
 T = TypeVar("T")
 
