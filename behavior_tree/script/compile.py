@@ -26,7 +26,8 @@ def compile_script(text: str, board: Blackboard, enums: Mapping[str, int], *, ex
         board: The blackboard of the names in it.
         enums: Names of whole numbers; they go before the board's.
         extensions: Whether ``abs``, ``min`` and ``max`` can be called, and statuses have names. A name that means
-            something else too keeps that meaning. BehaviorTree.CPP has neither.
+            something else too keeps that meaning. Also whether ``+5``, text in double quotes and names with letters
+            beyond ASCII are read. BehaviorTree.CPP has none of these.
 
     Raises:
         ScriptError: The script is not well-formed.

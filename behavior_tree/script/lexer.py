@@ -43,10 +43,11 @@ _MAX_DIGITS: Final = 100
 _MAX_SHOWN_LENGTH: Final = 200
 
 
-def tokenize(script: str, *, commas: bool = False) -> list[Token]:
+def tokenize(script: str, *, extensions: bool = False) -> list[Token]:
     """Return the tokens of a script, closed by an ``end`` token; a line may end with a backslash.
 
-    BehaviorTree.CPP's scripts have no commas; the calls of our extension do.
+    BehaviorTree.CPP's scripts have no commas, no text in double quotes, and no letters beyond ASCII in names; those
+    with our extensions do.
 
     Raises:
         ScriptError: Some characters form no token, or a number does not fit into 64 bits.
@@ -55,7 +56,7 @@ def tokenize(script: str, *, commas: bool = False) -> list[Token]:
     position = 0
     while position < len(script):
         found = _TOKEN.match(script, position)
-        if found is None or (found.group() == "," and not commas):
+        if found is None or not (extensions or _is_btcpp(found)):
             raise ScriptError(f"{place(script, position)}: cannot read '{script[position:][:12]}'")
         kind = str(found.lastgroup)
         token = Token(_KINDS.get(kind, kind), found.group(kind), position + 1)
@@ -65,6 +66,11 @@ def tokenize(script: str, *, commas: bool = False) -> list[Token]:
             tokens.append(token)
         position = found.end()
     return [*tokens, Token("end", "", len(script) + 1)]
+
+
+def _is_btcpp(found: re.Match[str]) -> bool:
+    foreign = found.lastgroup == "name" and not found.group().isascii()
+    return found.group() != "," and found.lastgroup != "quoted" and not foreign
 
 
 def place(script: str, position: int) -> str:

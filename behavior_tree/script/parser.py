@@ -30,7 +30,7 @@ class _Parser:
     def __init__(self, script: str, extensions: bool) -> None:
         self._script = script
         self._extensions = extensions
-        self._tokens = tokenize(script, commas=extensions)
+        self._tokens = tokenize(script, extensions=extensions)
         self._position = 0
 
     def statements(self) -> list[Expression]:
@@ -91,7 +91,7 @@ class _Parser:
         return operand
 
     def _atom(self) -> Expression:
-        if self._is_sign():
+        if self._extensions and self._is_sign():
             self._position += 1
         token = self._token
         if self._accept("("):

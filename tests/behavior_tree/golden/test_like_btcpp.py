@@ -168,10 +168,6 @@ def test_document_beyond_mending_is_refused_soon_with_the_first_error(text: str)
         ("1 == 1 \\\n&& 2 == 2", 1.0),
         ("x := 1;\\\r\n x + 1", 2.0),
         ("x := 3; \\ \n x", 3),
-        ("\"double\" .. ' single'", "double single"),
-        ('"it\'s"', "it's"),
-        ("+5", 5),
-        ("2 - +1.5", 0.5),
         ("n ? 1 : 2", 1),
     ],
 )

@@ -1,6 +1,7 @@
 """Scripts and ports can more than BehaviorTree.CPP's, but not in strict trees."""
 
 from typing import Any
+from xml.sax.saxutils import quoteattr
 
 import pytest
 from hypothesis import given
@@ -92,14 +93,29 @@ def test_a_faulty_call_is_refused(script: str, told: str) -> None:
     assert told in refused.value.message
 
 
-@pytest.mark.parametrize("script", ["min(1, 2)", "abs(-1)", "SUCCESS", "x := FAILURE"])
+@pytest.mark.parametrize("script", ["min(1, 2)", "abs(-1)", "SUCCESS", "x := FAILURE", "+5", 'x := "a"', "größe := 1"])
 def test_a_strict_tree_refuses_what_btcpp_would(script: str) -> None:
     with pytest.raises(ScriptError):
         value(script, extensions=False)
-    text = document(f'<Script code="{script}"/>')
+    text = document(f"<Script code={quoteattr(script)}/>")
     with pytest.raises((LoadError, NodeError)):
         load_text(text, Registry(), strict=True).tick_once()
     assert load_text(text, Registry()).tick_once() == SUCCESS
+
+
+@pytest.mark.parametrize(
+    ("script", "wanted"),
+    [
+        ("\"double\" .. ' single'", "double single"),
+        ('"it\'s"', "it's"),
+        ("+5", 5),
+        ("2 - +1.5", 0.5),
+        ("größe := 1", 1),
+    ],
+)
+def test_scripts_are_read_that_btcpp_refuses(script: str, wanted: object) -> None:
+    result = value(script)
+    assert (type(result), result) == (type(wanted), wanted)
 
 
 def test_conditions_use_the_extensions_too() -> None:

@@ -21,7 +21,7 @@ def cases(file: str) -> dict[str, str]:
 def verdict(xml: str) -> str:
     """Return ``refused``, ``error``, or the letter of the last result of some ticks; unknown nodes succeed."""
     try:
-        tree = load_text(xml, typed_registry([]), clock=ManualClock(), strict=True, mock_unknown=True)
+        tree = load_text(xml, typed_registry([]), clock=ManualClock(), mock_unknown=True)
     except LoadError:
         return "refused"
     try:

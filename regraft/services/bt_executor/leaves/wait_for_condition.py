@@ -30,4 +30,4 @@ class WaitForCondition(StatefulAction):
         return SUCCESS if truth(self._script()) else RUNNING
 
     def _compiled(self) -> Script:
-        return compile_script(self.code, self.blackboard, self.runtime.enums)
+        return compile_script(self.code, self.blackboard, self.runtime.enums, extensions=self.runtime.extensions)

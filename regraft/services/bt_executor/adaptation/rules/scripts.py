@@ -11,6 +11,7 @@ from behavior_tree.script import compile_script
 from behavior_tree.script.operators import truth
 from behavior_tree.script.parser import parse
 from behavior_tree.script.syntax import Assignment, Name
+from behavior_tree.status import STATUS_NAMES
 
 T = TypeVar("T")
 
@@ -23,17 +24,18 @@ class KnowingScript:
 
     def __init__(self, text: str, node: Node) -> None:
         """Compile it for a node's blackboard; raises ValueError if it is not well-formed, or assigns."""
-        enums = node.runtime.enums
+        enums, extensions = node.runtime.enums, node.runtime.extensions
         try:
-            parts = [part for statement in parse(text) for part in _parts(statement)]
-            self._script = compile_script(text, node.blackboard, enums)
+            parts = [part for statement in parse(text, extensions=extensions) for part in _parts(statement)]
+            self._script = compile_script(text, node.blackboard, enums, extensions=extensions)
         except ScriptError as error:
             raise ValueError(error.message) from None
         if any(isinstance(part, Assignment) for part in parts):
             raise ValueError(f"'{text}' assigns; compare with ==")
         self._find = node.blackboard.find
+        known = {*enums, *STATUS_NAMES} if extensions else enums
         self._names = tuple(
-            dict.fromkeys(part.name for part in parts if isinstance(part, Name) and part.name not in enums)
+            dict.fromkeys(part.name for part in parts if isinstance(part, Name) and part.name not in known)
         )
 
     @property
