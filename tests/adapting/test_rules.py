@@ -238,6 +238,12 @@ def test_a_table_of_many_blanks_is_refused_before_it_is_read(rules: str) -> None
 NAVIGATOR = 'subject_location="navigator"'
 
 
+def test_rules_compare_with_statuses_by_name_and_may_call_functions() -> None:
+    at = bench("AdaptOnStart", f'{NAVIGATOR} rules="max(a, 1) == SUCCESS : max_velocity := 0.1"', a=2)
+    at.tick()
+    assert at.context.asked_for == [{"max_velocity": 0.1}]
+
+
 def test_a_sum_without_end_is_nested_too_deeply_and_a_long_one_is_not() -> None:
     with pytest.raises(LoadError, match="the script is nested too deeply"):
         bench("AdaptOnStart", f'rules="1 {"+1" * 4_000} &gt; 0 : n.b := 1"')
