@@ -1,0 +1,1 @@
+"""Missions that stop in the middle of a tick."""
