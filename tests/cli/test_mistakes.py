@@ -97,6 +97,7 @@ WRONG: dict[str, list[tuple[str, str]]] = {
     "MODULE:CLASS": [("tiny_parts:Talkr", "'Talker'"), ("tiny_prts:Talker", "'tiny_parts'"), ("tiny_parts:Number", "")],
     "TYPE": [("regraft/Twits", "did you mean 'regraft/Twist'?")],
     "NAME": [("pge", "did you mean 'page'?")],
+    "NODE": [("wiat", "did you mean 'wait'?")],
     "KEY": [("roundz", "did you mean 'rounds'?")],
     "KEY VALUE | KEY=VALUE...": [
         ("rounds=many", "'many' is not a whole number"),
