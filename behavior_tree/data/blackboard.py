@@ -102,6 +102,12 @@ class Blackboard:
             entry.type = kind or type(value)
         self.store(entry, self._converted(key, value, entry.type))
 
+    def fix_type(self, key: str) -> None:
+        """Give an entry that only scripts have written the type of its value; others stay as they are."""
+        entry = self.find(key)
+        if entry is not None and entry.type is None and entry.value is not None:
+            entry.type = type(entry.value)
+
     def store(self, entry: Entry, value: Any) -> None:
         """Put a value that needs no check into an entry, counting and stamping the write."""
         entry.value = value

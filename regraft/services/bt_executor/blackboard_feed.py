@@ -138,6 +138,7 @@ class BlackboardFeed:
             if entry.value is None:
                 board.declare(entry.key)
             else:
+                board.fix_type(entry.key)
                 board.set(entry.key, entry.value)
                 self._written[entry.key] = version
         age = None if entry.stamp is None else max(0.0, now - entry.stamp)

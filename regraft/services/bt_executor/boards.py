@@ -108,9 +108,8 @@ def _check(key: str, value: PlainValue) -> None:
 
 
 def _write(board: Blackboard, key: str, value: PlainValue) -> None:
+    board.fix_type(key)
     entry = board.find(key)
-    if entry:
-        entry.type = _type_of(entry)
     try:
         board.set(key, _converted(value, entry.type, board) if entry else value)
     except BlackboardError as error:
