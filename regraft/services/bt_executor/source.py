@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import gc
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import entry_points
@@ -37,6 +39,18 @@ MAX_REASON_LENGTH: Final = 1_000
 _END_LENGTH: Final = 200
 
 
+@contextmanager
+def _no_collection() -> Iterator[None]:
+    """Look for no garbage meanwhile: a tree leaves hardly any, and looking for it holds up all threads."""
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
+
+
 class Unloadable(Exception):
     """A tree that cannot be built; the text names file, line and node."""
 
@@ -67,13 +81,16 @@ class Source:
         Raises:
             Unloadable: it cannot be built.
         """
-        try:
-            tree = self._loaded(registry, board, limits, library or TreeLibrary())
-            check_size(tree)
-            return tree
-        except TreeError as error:
-            node = f" (node '{error.node}')" if error.node and error.node not in str(error) else ""
-            raise Unloadable(shortened(f"{error}{node}")) from error
+        with _no_collection():
+            try:
+                tree = self._loaded(registry, board, limits, library or TreeLibrary())
+                check_size(tree)
+                return tree
+            except TreeError as error:
+                node = f" (node '{error.node}')" if error.node and error.node not in str(error) else ""
+                reason = shortened(f"{error}{node}")
+        # Here the error is gone, and with it the part of the tree that was made: not later, on the mission's thread.
+        raise Unloadable(reason)
 
     def _loaded(self, registry: Registry, board: Blackboard, limits: Limits, library: TreeLibrary) -> Tree:
         if not (self.file or self.text):
