@@ -50,8 +50,21 @@ FOLLOWING = {
 }
 """The state after each command that is legal; all others are refused and change nothing."""
 
+FOLLOWING |= {
+    (LOADED, Command.NEXT): PAUSED,
+    (RUNNING, Command.NEXT): RUNNING,
+    (PAUSED, Command.NEXT): PAUSED,
+    (HALTED, Command.NEXT): PAUSED,
+}
 FOLLOWING |= {(state, Command.CHECK): state for state in (EMPTY, LOADED, RUNNING, PAUSED, HALTED)}
 
+ENDED = (MissionState.SUCCEEDED, MissionState.FAILED)
+FOLLOWING |= {
+    (ended, what): FOLLOWING[HALTED, what] for ended in ENDED for what in Command if (HALTED, what) in FOLLOWING
+}
+FOLLOWING |= {(ended, Command.CHECK): ended for ended in ENDED}
+
+TICKING = (Command.STEP, Command.SWAP, Command.NEXT, Command.CONTINUE)
 TAKE_A_TREE = (Command.LOAD, Command.SWAP, Command.CHECK)
 
 odd_values = st.recursive(
@@ -80,7 +93,7 @@ def test_legal_commands_are_obeyed_and_all_others_are_refused(sequence: list[Dee
             elif isinstance(deed, dict):
                 write_or_be_refused(rig, deed)
             else:
-                state = obeyed(rig, deed, state)
+                state = obeyed(rig, deed)
             assert status(rig).state is state
             followed(told, status(rig))
         rig.advance(0.1)
@@ -89,19 +102,29 @@ def test_legal_commands_are_obeyed_and_all_others_are_refused(sequence: list[Dee
         assert [event for event in rig.events if event.kind == "component.fault"] == []
 
 
-def obeyed(rig: Rig, deed: Command | tuple[Command, str], state: MissionState) -> MissionState:
+def obeyed(rig: Rig, deed: Command | tuple[Command, str]) -> MissionState:
     """Give a command; returns the state that must follow."""
     what, xml = deed if isinstance(deed, tuple) else (deed, OTHER if deed is Command.SWAP else DRIVE)
-    following = None if xml == BROKEN else FOLLOWING.get((state, what))
     before = status(rig)
+    following = None if xml == BROKEN else following_state(before, what)
     try:
         command(rig, what, xml if what in TAKE_A_TREE else "")
     except CallFailed:
         assert following is None
         assert status(rig) == before
-        return state
+        return before.state
     assert following is not None
-    return following
+    now = status(rig).state
+    return now if what in TICKING and now in ENDED else following
+
+
+def following_state(before: MissionStatus, what: Command) -> MissionState | None:
+    """Return the state to which a command leads, None if it is to be refused."""
+    if what is Command.CONTINUE:
+        return before.state if before.stop is not None else None
+    if what is Command.STEP and before.stop is not None:
+        return None
+    return FOLLOWING.get((before.state, what))
 
 
 def write_or_be_refused(rig: Rig, values: dict[str, PlainValue]) -> None:
