@@ -57,11 +57,7 @@ StopFunction = Callable[[Stop], Status | None]
 
 
 class Breakpoints:
-    """The breakpoints of one tree.
-
-    Attributes:
-        stepping: Whether the tick stops before the next node that is about to run, whichever that is.
-    """
+    """The breakpoints of one tree."""
 
     def __init__(self, tree: Tree, stop: StopFunction) -> None:
         """Begin without breakpoints; ``stop`` is called where a tick stops."""
@@ -117,29 +113,21 @@ class Breakpoints:
 
     def before(self, uid: int) -> Status | None:
         """Stop before a node if it is to; see `Debugger`."""
-        reached = self._reached(uid, Position.BEFORE)
-        if reached is not None and reached.result is not None:
-            return reached.result
-        if reached is None and not self._stepping:
-            return None
-        return self._stop(Stop(self._tree.nodes[uid - 1], Position.BEFORE))
+        return self._reached(uid, Position.BEFORE, None)
 
     def after(self, uid: int, status: Status) -> Status | None:
         """Stop after a node if it is to; see `Debugger`."""
-        reached = self._reached(uid, Position.AFTER)
-        if reached is None:
-            return None
-        return (
-            self._stop(Stop(self._tree.nodes[uid - 1], Position.AFTER, status))
-            if reached.result is None
-            else reached.result
-        )
+        return self._reached(uid, Position.AFTER, status)
 
-    def _reached(self, uid: int, position: Position) -> Breakpoint | None:
+    def _reached(self, uid: int, position: Position, status: Status | None) -> Status | None:
         found = self._by_place.get((uid, position))
         if found is not None and found.once:
             self.remove(uid, position)
-        return found
+        if found is not None and found.result is not None:
+            return found.result
+        if found is None and not (self._stepping and position is Position.BEFORE):
+            return None
+        return self._stop(Stop(self._tree.nodes[uid - 1], position, status))
 
     def _install(self) -> None:
         self._tree.debug(self if self.installed else None)

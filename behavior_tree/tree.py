@@ -156,6 +156,8 @@ class Tree:
 
     def debug(self, debugger: Debugger | None) -> None:
         """Ask a debugger about every tick of a node from now on, or nobody. `Breakpoints` is one."""
+        if debugger is self._runtime.debugger:
+            return
         self._runtime.debugger = debugger
         for node in self.nodes:
             node.set_hooks(node.pre_tick_hook, node.post_tick_hook)

@@ -292,7 +292,8 @@ class Node:
             self._run_postconditions(status)
         if self.runtime.debugger is not None:
             forced = self.runtime.debugger.after(self.uid, status)
-            status = forced if forced is not None and forced in COMPLETED else status
+            if forced in COMPLETED:
+                status = forced
         if self.post_tick_hook is not None:
             replaced = self.post_tick_hook(self, status)
             if replaced in COMPLETED:

@@ -363,8 +363,7 @@ class Coordinator:
     @property
     def is_held(self) -> bool:
         """Whether a member has time stand still."""
-        self.local.holds_time = self._runtime.holds_time
-        return any(member.holds_time for member in self.membership.members.values())
+        return self._runtime.holds_time or any(member.holds_time for member in self.membership.members.values())
 
     def stand_still(self, seconds: float) -> None:
         """Let no time pass for ``seconds`` of wall-clock time, but take joins and grant slots."""

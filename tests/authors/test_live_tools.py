@@ -1,4 +1,4 @@
-"""What observes a mission, and a library of trees, on an executor that runs as a process of its own."""
+"""Counts, recordings and a library of trees, on an executor that runs as a process of its own."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What shows the pace of a mission: its own pulse, and a metronome in another process."""
+"""The pace of a mission: its own pulse, and a metronome in another process."""
 
 from __future__ import annotations
 

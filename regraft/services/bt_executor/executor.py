@@ -165,6 +165,8 @@ class Executor(Component):
 
     def on_parameters(self, changed: frozenset[str]) -> None:
         """Load another mission, and start it if one was running, or none was there; raises Unloadable."""
+        if "hold_time" in changed:
+            self._stream()
         if changed & {"counts", "record"}:
             self._observe("record" in changed)
         if not changed & {"mission", "main"} or not (self.mission or self.main) or self._registry is None:
@@ -189,7 +191,7 @@ class Executor(Component):
     def tick(self) -> None:
         """Tick the tree."""
         tree = self._mission.tree
-        if tree is None or self._mission.state is not MissionState.RUNNING or self._mission.debugging.stop is not None:
+        if tree is None or not self._mission.may_tick:
             return
         self._listen()
         self._reflection.update(tree.blackboard)
@@ -200,8 +202,7 @@ class Executor(Component):
         work()
         self._stream()
         tree = self._mission.tree
-        runs = tree is not None and self._mission.state is MissionState.RUNNING
-        self._scheduler.at(tree.next_wake_up() if tree is not None and runs else None)
+        self._scheduler.at(tree.next_wake_up() if tree and self._mission.may_tick else None)
 
     # --- status, and commands ---
 
@@ -367,8 +368,7 @@ class Executor(Component):
             RequestRefused: there is no tree or no such board, or a value does not fit; nothing has been written.
         """
         written = write_board(self._loaded_tree(), request.board, request.values, self.kit.now())
-        where = f"{request.board}: " if request.board else ""
-        text = where + summary(request.values)
+        text = (f"{request.board}: " if request.board else "") + summary(request.values)
         self.kit.event("mission.written", text, values=request.values, board=request.board)
         self._scheduler.soon()
         return written

@@ -228,8 +228,13 @@ class Mission:
 
     def tick(self) -> None:
         """Tick the tree if it is running, and has not stopped in the middle of a tick."""
-        if self.state is MissionState.RUNNING and self.debugging.stop is None:
+        if self.may_tick:
             self._advance(MAX_TICKS_AT_ONCE)
+
+    @property
+    def may_tick(self) -> bool:
+        """Whether it runs, and has not stopped in the middle of a tick."""
+        return self.state is MissionState.RUNNING and self.debugging.stop is None
 
     def _adopt(self, tree: Tree, state: MissionState) -> None:
         self._exchange(tree)

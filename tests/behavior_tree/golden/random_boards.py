@@ -78,7 +78,7 @@ INSIDE = (
     '<Precondition if="true" else="IDLE"><AlwaysSuccess/></Precondition>',
     "<ReactiveSequence><AsyncSequence><AlwaysSuccess/></AsyncSequence><AsyncSequence><AlwaysSuccess/></AsyncSequence></ReactiveSequence>",
 )
-"""What is put at the start of a Sequence."""
+"""Elements that are put at the start of a Sequence."""
 FAULTS = (
     *(("<Sequence>", f"<Sequence>{element}") for element in INSIDE),
     ("<Sequence>", "<Sequences>"),
@@ -112,7 +112,7 @@ FAULTS = (
     ("</root>", '<include path="missing.xml"/></root>'),
     ("</root>", "<include/></root>"),
 )
-"""What a fault replaces, and with which text; it takes one of `BAD_SCRIPTS` and `BAD_NAMES`."""
+"""The text that a fault replaces, and with which; it takes one of `BAD_SCRIPTS` and `BAD_NAMES`."""
 
 
 class BoardMaker:

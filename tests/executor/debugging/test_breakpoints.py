@@ -314,6 +314,19 @@ def test_simulated_time_stands_while_a_tick_has_stopped_if_it_is_to() -> None:
         held.steps.close()
 
 
+def test_time_is_held_and_released_when_the_parameter_is_set_during_a_stop() -> None:
+    with Rig() as rig:
+        executor = rig.add(Executor, "bt_executor", {"autostart": False})
+        command(rig, Command.LOAD, THREE)
+        stop_at(rig, "second")
+        command(rig, Command.START)
+        rig.advance(1.0)
+        for hold in (True, False):
+            executor.kit.parameters.set({"hold_time": hold})
+            executor.on_parameters(frozenset({"hold_time"}))
+            assert rig.runtimes["bt_executor"].holds_time is hold
+
+
 def test_simulated_time_continues_while_a_tick_has_stopped_by_default() -> None:
     held = Held(hold_time=False)
     try:

@@ -26,7 +26,6 @@ class Debugging:
         self._note_stop = note_stop
         self._breakpoints: Breakpoints | None = None
         self._tick: greenlet | None = None
-        self._abandoned = False
 
     def follow(self, tree: Tree) -> None:
         """Debug another tree, which has no breakpoints yet."""
@@ -80,12 +79,8 @@ class Debugging:
             self._breakpoints.stepping = False
         if tick is None or tick is getcurrent():
             return
-        self._abandoned = True
-        try:
-            tick.parent = getcurrent()
-            tick.throw()
-        finally:
-            self._abandoned = False
+        tick.parent = getcurrent()
+        tick.throw()
 
     def _switch(self, *given: Status | None) -> None:
         tick = self._tick
@@ -100,9 +95,10 @@ class Debugging:
 
     def _stop(self, stop: Stop) -> Status | None:
         tick = self._tick
-        if self._abandoned or tick is not getcurrent() or tick.parent is None:
+        if tick is None:  # it was abandoned, and a node runs on in spite of the exit
             return None
         assert self._breakpoints is not None
+        assert tick.parent is not None
         self._breakpoints.stepping = False
         self.stop = stop
         self._note_stop(stop)
