@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from regraft import Component, Input, Output, Parameter, Quality, every
-from regraft.bus_schema.annotations import PlainValue
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Annotated, Any
+
+from regraft import Component, Input, Output, Parameter, ParameterError, Quality, Records, every
+from regraft.bus_schema.annotations import Bounds, PlainValue, Seconds, Unit
 from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.messages.power import BatteryState, ChargerState, EnergyUse, PowerDraw
 from regraft.bus_schema.messages.sensors import Odometry
@@ -16,6 +20,14 @@ SEVERITY = {EMPTY: Level.ERROR, LOW: Level.WARNING, BELOW_LIMIT: Level.WARNING, 
 TEXTS = {EMPTY: "empty", LOW: "low", BELOW_LIMIT: "below its limit", FULL: "all right"}
 CHARGER_HOLDS = 2.0
 """s: for this long after its last message, a charger is taken to give the power that it reported."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drain:
+    """From ``at`` on, a fault draws this power."""
+
+    at: Annotated[Seconds, Bounds(minimum=0.0)]
+    power: Annotated[float, Unit("W"), Bounds(minimum=0.0)]
 
 
 class Battery(Component):
@@ -35,6 +47,9 @@ class Battery(Component):
     limit = Parameter(0.9, "charge that is wanted at all times; 0: none", minimum=0.0, maximum=1.0)
     recharged = Parameter(0.98, "charge at which one below the limit is all right again", minimum=0.0, maximum=1.0)
     low = Parameter(0.2, "charge below which it is called low", minimum=0.0, maximum=1.0)
+
+    drain = Parameter(0.0, "what a fault draws, besides that of 'drains'", minimum=0.0, unit="W")
+    drains = Records(Drain, "when a fault draws how much")
 
     motion_power = robot_parameters.motion_power()
     consumers = robot_parameters.consumers()
@@ -68,6 +83,14 @@ class Battery(Component):
         power = float(context.get("power", total_power(float(context.get("speed", 0.0)), powers, consumers)))
         return {"power": power} | cls._times(charge, limit, capacity, power)
 
+    @classmethod
+    def check_parameters(cls, parameters: dict[str, Any], seed: int) -> None:
+        """Find drains that are out of order."""
+        for index, (before, drain) in enumerate(pairwise(parameters["drains"]), start=1):
+            if drain.at < before.at:
+                why = f"{drain.at:g} s comes after {before.at:g} s: put the drains in order"
+                raise ParameterError([(f"drains.{index}.at", why)])
+
     @staticmethod
     def _times(charge: float, limit: float, capacity: float, power: float) -> dict[str, float]:
         """Return how long (s) a power (W) can be drawn, and how long until the limit; nothing if none is drawn."""
@@ -99,6 +122,9 @@ class Battery(Component):
             "motion": self._motion_energy(since, now),
             **{consumer.name: consumer.power * (now - since) for consumer in self.consumers},
         }
+        lost = self._drained(now)
+        if lost > 0.0:
+            spent["drain"] = lost * (now - since)
         for use in self.energy.take():
             spent[use.consumer] = spent.get(use.consumer, 0.0) + use.energy
         self._until = now
@@ -112,6 +138,11 @@ class Battery(Component):
         self._drawn += drawn
         self._charged += charged
         self._left = min(max(self._left + charged - drawn, 0.0), self.capacity)
+
+    def _drained(self, now: float) -> float:
+        """Return the power (W) that faults draw at a time (s)."""
+        scheduled = [drain.power for drain in self.drains if drain.at <= now]
+        return self.drain + (scheduled[-1] if scheduled else 0.0)
 
     def _motion_energy(self, since: float, now: float) -> float:
         """Return the energy (J) of the drive between two times (s), the speed being piecewise constant."""

@@ -51,8 +51,14 @@ def judge_picture(fingerprint: bytes) -> Finding | None:
     return Finding(BLANK, f"the pictures are one even {fingerprint[0]}, without even noise")
 
 
+def judge_depths(depths: npt.NDArray[np.float32], least_valid: float) -> Finding | None:
+    """Report whether too few of the depths are there: what is too near to be measured (-inf) counts as found."""
+    found = float(np.mean(~np.isposinf(depths)))
+    return Finding(BLIND, f"only {found:.0%} of the depths show anything") if found < least_valid else None
+
+
 def scan_fingerprint(ranges: npt.NDArray[np.float32]) -> bytes:
-    """Return a digest of a scan's ranges."""
+    """Return a digest of a scan's ranges, or of depths."""
     return hashlib.blake2b(ranges.tobytes(), digest_size=16).digest()
 
 

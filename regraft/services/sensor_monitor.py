@@ -9,7 +9,7 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.geometry import Twist
 from regraft.bus_schema.messages.health import Level, SensorFault, SensorHealth
-from regraft.bus_schema.messages.sensors import Image, LaserScan, Odometry
+from regraft.bus_schema.messages.sensors import DepthImage, Image, LaserScan, Odometry
 from regraft.bus_schema.model.description import Resources
 from regraft.services import robot_parameters
 from regraft.services.sensor_checks import (
@@ -20,13 +20,14 @@ from regraft.services.sensor_checks import (
     Jumps,
     Sameness,
     is_moving,
+    judge_depths,
     judge_picture,
     judge_scan,
     picture_fingerprint,
     scan_fingerprint,
 )
 
-SENSORS = ("image", "scan", "odometry", "localization")
+SENSORS = ("image", "scan", "odometry", "localization", "depth")
 LOOKS = 2.0
 """Hz, of the looks at all sensors."""
 COMMAND_HOLDS = 0.5
@@ -60,7 +61,9 @@ class SensorMonitor(Component):
     first_within = Parameter(5.0, "how long the first message may take", minimum=0.0, unit="s")
     silent_after = Parameter(1.5, "how old the newest message may be", minimum=0.1, unit="s")
     frozen_after = Parameter(2.0, "how long the same may come again and again", minimum=0.1, unit="s")
-    least_valid = Parameter(0.3, "share of the rays that must hit something", minimum=0.0, maximum=1.0)
+    least_valid = Parameter(
+        0.3, "share of the rays, or of the depths, that must hit something", minimum=0.0, maximum=1.0
+    )
     most_gaps = Parameter(0.1, "share of neighbouring rays of which only one may hit", minimum=0.0, maximum=1.0)
     largest_jump = Parameter(0.2, "how far a pose may jump beyond what the robot can drive", minimum=0.0, unit="m")
     jumpy_for = Parameter(5.0, "how long a jump is held against a pose", minimum=0.0, unit="s")
@@ -75,6 +78,7 @@ class SensorMonitor(Component):
     scan = Input(LaserScan, latest_only=True, required=False, description="the scans to watch")
     odometry = Input(Odometry, latest_only=True, required=False, description="the pose by the wheels to watch")
     localization = Input(Odometry, latest_only=True, required=False, description="the pose in the map to watch")
+    depth = Input(DepthImage, latest_only=True, required=False, description="the depths to watch")
     velocity = Input(Twist, latest_only=True, required=False, description="the commanded motion")
     sensor_health = Output(SensorHealth, description="what is wrong")
 
@@ -121,8 +125,8 @@ class SensorMonitor(Component):
         """Return how many sensors have something wrong, as ``faults``."""
         return {"faults": float(sum(watch.finding is not None for watch in self._watches.values()))}
 
-    def _message(self, name: str) -> Image | LaserScan | Odometry | None:
-        message: Image | LaserScan | Odometry | None = self.kit.inputs[name].latest
+    def _message(self, name: str) -> Image | LaserScan | Odometry | DepthImage | None:
+        message: Image | LaserScan | Odometry | DepthImage | None = self.kit.inputs[name].latest
         return message
 
     def _topic(self, name: str) -> str:
@@ -142,6 +146,9 @@ class SensorMonitor(Component):
         if isinstance(message, LaserScan):
             frozen = self._frozen(watch, scan_fingerprint(message.ranges), message.stamp)
             return frozen or judge_scan(message.ranges, self.least_valid, self.most_gaps)
+        if isinstance(message, DepthImage):
+            frozen = self._frozen(watch, scan_fingerprint(message.depths), message.stamp)
+            return frozen or judge_depths(message.depths, self.least_valid)
         return self._judge_pose(watch, message, now)
 
     def _frozen(self, watch: _Watch, content: object, stamp: float) -> Finding | None:

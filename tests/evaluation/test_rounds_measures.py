@@ -9,12 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from regraft.evaluation.reactions import Reactions
 from regraft.evaluation.rows import Rows, written
 from regraft.services.power_model import PICTURE_ENERGY, motion_power
 from regraft.stacks.frog.studies import rounds_measures as measures
 from regraft.stacks.frog.studies.arms.columns import COLUMNS
 from regraft.stacks.frog.studies.blocking import SECONDS, SHARE, blocked
-from regraft.stacks.frog.studies.rounds_reactions import Reactions, blocked_by, to_darkness, to_nearness
+from regraft.stacks.frog.studies.rounds_reactions import blocked_by, to_darkness, to_nearness
 from regraft.stacks.frog.utility import driving_utility
 
 ROW: dict[str, Any] = {

@@ -24,6 +24,7 @@ from regraft.component.goal import Goal
 from regraft.services.bt_executor.navigation.bt_navigator import BtNavigator
 from regraft.testing import Rig
 
+from ..services.rigs import set_parameters
 from .bench import TREES, Bench, add, framed
 
 DEFAULT = "navigate_to_pose_w_replanning_and_recovery.xml"
@@ -56,6 +57,16 @@ def test_a_pose_is_driven_to_with_feedback(bench: Bench) -> None:
     assert later.navigation_time > first.navigation_time + 2.0
     assert bench.finish(goal) == Navigated()
     assert bench.is_at(3.4, 2.0)
+
+
+def test_the_tree_of_goals_that_name_none_can_be_changed_between_two_goals(bench: Bench) -> None:
+    set_parameters(bench.rig, "bt_navigator", behavior_tree="broken.xml")
+    done = bench.do("navigate_to_pose", NavigateToPose(framed(3.4, 2.0)), Navigated)
+    assert done.error_code == NavigateError.BAD_TREE
+    named = NavigateToPose(framed(1.4, 3.0), behavior_tree=DEFAULT)
+    assert bench.do("navigate_to_pose", named, Navigated).error_code == 0
+    set_parameters(bench.rig, "bt_navigator", behavior_tree="navigate_w_replanning_time.xml")
+    assert bench.do("navigate_to_pose", NavigateToPose(framed(3.4, 2.0)), Navigated).error_code == 0
 
 
 def test_poses_are_passed_and_all_count_as_completed(bench: Bench) -> None:

@@ -30,6 +30,7 @@ from regraft.bus_schema.messages.nav2.paths import (
 )
 from regraft.component.goal import Goal
 from regraft.planar import Pose2D, wrap_angle
+from regraft.services.navigator.servers.controller_server import ControllerServer
 from regraft.testing import Rig
 
 from ..navigator.stage import ROOM
@@ -91,6 +92,31 @@ def test_the_tracking_error_is_positive_left_of_the_path_and_for_a_heading_to_it
     assert goal.feedback is not None
     assert goal.feedback.position_tracking_error == pytest.approx(0.2, abs=0.05)
     assert goal.feedback.heading_tracking_error == pytest.approx(0.3, abs=0.2)
+
+
+def test_safety_and_performance_are_measured_on_the_way_and_safety_alone_when_it_is_over(bench: Bench) -> None:
+    measured = bench.rig.collect_qualities("navigator")
+    goal = follow(bench, 3.4, 2.0)
+    bench.run(4.0)
+    under_way = measured[-1].values
+    assert under_way["performance"] == pytest.approx(0.9, abs=0.1)
+    assert 0.0 < under_way["safety"] <= 1.0
+    assert under_way["clearance"] > 0.2
+    bench.surprise(Box(bench.pose.x, bench.pose.y - 0.4, 0.2, 0.2))
+    bench.run(1.0)
+    assert measured[-1].values["safety"] < under_way["safety"]
+    bench.clear_away()
+    bench.finish(goal)
+    bench.run(3.0)
+    assert "performance" not in measured[-1].values
+    assert "safety" in measured[-1].values
+
+
+def test_estimates_of_driving_fall_with_the_speed_and_with_the_clearance() -> None:
+    driven = [ControllerServer.estimate({"max_velocity": speed}, {"clearance": 0.3}) for speed in (0.1, 0.26)]
+    assert driven[0]["performance"] < driven[1]["performance"] == 1.0
+    assert driven[0]["safety"] > driven[1]["safety"]
+    assert "safety" not in ControllerServer.estimate({"max_velocity": 0.1}, {})
 
 
 def test_a_goal_checker_for_the_position_alone_leaves_the_heading(bench: Bench) -> None:

@@ -4,16 +4,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from regraft import ParameterError
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.geometry import Pose, Twist
 from regraft.bus_schema.messages.health import Diagnostic, Level, SensorFault, SensorHealth, SystemStatus
 from regraft.bus_schema.messages.power import BatteryState, ChargerState, EnergyUse, PowerDraw
 from regraft.bus_schema.messages.sensors import LightLevel, Odometry
-from regraft.services.battery import Battery
+from regraft.services.battery import Battery, Drain
 from regraft.services.lighting import Lighting, darkness_at
 from regraft.services.power_model import motion_power, total_power
 from regraft.services.system_status import SystemStatusReporter
 from regraft.testing import Rig
+
+from .rigs import set_parameters
 
 
 def moving(rig: Rig, speed: float) -> None:
@@ -50,6 +53,25 @@ def test_battery_draws_what_the_robots_parts_draw() -> None:
     assert draws[-1].consumers == pytest.approx({"motion": 2.0, "arm": 2.5})
     estimate = Battery.estimate({"capacity": 450.0, **parts}, {"speed": 0.1})
     assert (estimate["power"], estimate["endurance"]) == pytest.approx((4.5, 100.0))
+
+
+def test_a_fault_drains_the_battery_by_hand_and_by_the_clock() -> None:
+    parts = {"motion_power": [0.0], "consumers": [], "drains": [{"at": 2.0, "power": 50.0}, {"at": 4.0, "power": 0.0}]}
+    with Rig() as rig:
+        rig.add(Battery, parameters=parts)
+        states, draws = rig.collect("battery", BatteryState), rig.collect("power", PowerDraw)
+        rig.advance(6.0)
+        assert draws[-1].consumers == {"motion": 0.0}
+        assert 20_000.0 - states[-1].energy == pytest.approx(100.0, abs=25.0)
+        set_parameters(rig, "battery", drain=10.0)
+        rig.advance(2.0)
+        assert draws[-1].consumers == {"motion": 0.0, "drain": 10.0}
+
+
+def test_drains_out_of_order_are_refused() -> None:
+    drains = [{"at": 4.0, "power": 1.0}, {"at": 2.0, "power": 0.0}]
+    with pytest.raises(ParameterError, match="2 s comes after 4 s: put the drains in order"):
+        Battery.check_parameters({"drains": tuple(Drain(**each) for each in drains)}, 1)
 
 
 def test_battery_integrates_over_every_change_of_speed() -> None:

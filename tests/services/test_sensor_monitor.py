@@ -1,6 +1,6 @@
 """Promises of the sensor monitor, on the simulated robot whose sensors are made to fail."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,9 +9,10 @@ import pytest
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.geometry import Pose, Twist
 from regraft.bus_schema.messages.health import Diagnostic, Level, SensorHealth
-from regraft.bus_schema.messages.sensors import Image, LightLevel, Odometry
+from regraft.bus_schema.messages.sensors import DepthImage, Image, LightLevel, Odometry
 from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.component.component import describe
+from regraft.planar import FloatArray
 from regraft.runtime.lifecycle.lifecycle import TransitionFailed
 from regraft.services.sensor_monitor import SensorMonitor
 from regraft.sim_service.camera_component import Camera
@@ -105,6 +106,34 @@ def test_healthy_sensors_raise_no_alarm_standing_or_driving_in_light_or_dark(wat
     assert not any(health.faults for health in watched.health)
     assert not watched.diagnostics
     assert set(watched.health[-1].watched) == {"camera/image", "scan", "odometry"}
+
+
+def test_a_depth_camera_is_watched_for_silence_repetition_and_blindness() -> None:
+    noise = np.random.default_rng(1)
+
+    def send(rig: Rig, seconds: float, depths: Callable[[], FloatArray]) -> None:
+        for _ in range(round(seconds / 0.5)):
+            rig.advance(0.5)
+            image = DepthImage(rig.clock.now() / 1e9, "eye", "base_link", Pose(), 1.5, 0.3, 5.0, depths())
+            rig.publish("depth", image)
+
+    def working() -> FloatArray:
+        return noise.uniform(0.5, 4.0, (9, 16)).astype(np.float32)
+
+    with Rig() as rig:
+        rig.add(SensorMonitor, parameters={"expected": ["depth"]})
+        health = rig.collect("sensor_health", SensorHealth)
+        for depths, fault in [
+            (working, []),
+            (lambda: np.full((9, 16), np.inf, np.float32), ["blind"]),
+            (working, []),
+            (lambda: np.ones((9, 16), np.float32), ["frozen"]),
+            (lambda: np.where(working() > 1.5, -np.inf, 1.0).astype(np.float32), []),
+        ]:
+            send(rig, 1.5 if fault == ["blind"] else 4.0, depths)
+            assert [each.fault for each in health[-1].faults] == fault
+        rig.advance(3.0)
+        assert [each.fault for each in health[-1].faults] == ["silent"]
 
 
 @pytest.mark.parametrize("seed", range(6))

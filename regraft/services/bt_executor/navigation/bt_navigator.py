@@ -64,6 +64,9 @@ class BtNavigator(NavigationInputs):
 
     to_pose_tree = Parameter("", "the file with the tree for one pose", unit="path", exists=True)
     through_poses_tree = Parameter("", "the file with the tree for several poses", unit="path", exists=True)
+    behavior_tree = Parameter(
+        "", "the tree of goals for one pose that name none: a file in that folder; empty: 'to_pose_tree'"
+    )
     ready_within = Parameter(5.0, "how long a goal waits for the first odometry", minimum=0.0, unit="s")
     nodes = Parameter("", "further node types, as for the executor", read_only=True)
 
@@ -86,7 +89,8 @@ class BtNavigator(NavigationInputs):
     @action("navigate_to_pose", feedback=NavigationFeedback)
     async def navigate_to_pose(self, goal: NavigateToPose) -> Navigated:
         """Drive to a pose."""
-        return await self._navigate(self.to_pose_tree, goal.behavior_tree, {"goal": goal.pose}, 0)
+        tree = goal.behavior_tree or self.behavior_tree
+        return await self._navigate(self.to_pose_tree, tree, {"goal": goal.pose}, 0)
 
     @action("navigate_through_poses", feedback=NavigationFeedback)
     async def navigate_through_poses(self, goal: NavigateThroughPoses) -> Navigated:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from regraft import Parameter, action, service
+import math
+
+from regraft import Parameter, Quality, action, service
+from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.nav2.motions import CancelGoals, GoalsCancelled
 from regraft.bus_schema.messages.nav2.paths import (
     ClearCostmap,
@@ -13,6 +16,7 @@ from regraft.bus_schema.messages.nav2.paths import (
     TrackingFeedback,
 )
 from regraft.bus_schema.model.description import Resources
+from regraft.services.navigator.normalized_qualities import RecentWay, safety
 from regraft.services.navigator.servers.behaviour_server import BehaviourServer
 from regraft.services.navigator.servers.choices import BadChoice, FollowChoices
 from regraft.services.navigator.servers.following import Following
@@ -28,12 +32,63 @@ class ControllerServer(BehaviourServer):
     """
 
     resources = Resources(cpu=0.05, memory=30.0)
+    evaluate_every = 0.5
 
     goal_distance = Parameter(0.08, "how near to a path's end is there", minimum=0.02, maximum=1.0, unit="m")
     goal_angle = Parameter(0.10, "how near to its heading is there", minimum=0.02, maximum=3.2, unit="rad")
     progress_distance = Parameter(0.1, "how far a robot that follows a path gets on", minimum=0.01, unit="m")
     progress_time = Parameter(8.0, "within which time it gets on so far", minimum=1.0, unit="s")
     failure_tolerance = Parameter(2.0, "for how long obstacles may block every way on", minimum=0.0, unit="s")
+
+    safety = Quality(
+        "share of the ample distance that is left when the robot brakes", better="higher", minimum=0.0, maximum=1.0
+    )
+    performance = Quality(
+        "best possible time over the time taken, of the last way", better="higher", minimum=0.0, maximum=1.0
+    )
+    clearance = Quality("of the robot's rim", unit="m", better="higher", minimum=0.0, estimated=False)
+
+    @classmethod
+    def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
+        """Return the ``performance`` of driving straight on as fast as allowed, and its ``safety``.
+
+        ``context`` may give the ``clearance`` (m) of the way. The safety is left out without it.
+        """
+        speed = float(parameters.get("max_velocity", cls.max_velocity.default))
+        limit = float(parameters.get("velocity_limit", cls.velocity_limit.default))
+        braking = float(parameters.get("acceleration", cls.acceleration.default))
+        qualities = {"performance": min(speed / limit, 1.0)}
+        clearance = context.get("clearance")
+        return qualities if clearance is None else qualities | {"safety": safety(float(clearance), speed, braking)}
+
+    def on_configure(self) -> None:
+        """Begin without a way."""
+        super().on_configure()
+        self._way = RecentWay()
+
+    def evaluate(self) -> dict[str, float]:
+        """Return the ``clearance`` (m), the ``safety`` at the present speed, and the ``performance`` on a path.
+
+        `normalized_qualities` has the formulas. Without an obstacle anywhere, the clearance is left out.
+        """
+        seen = self._surroundings
+        if seen.missing():
+            return {}
+        gap = max(seen.room() - self.radius, 0.0)
+        measured = {"safety": safety(gap, seen.twist.v, self.acceleration)}
+        if math.isfinite(gap):
+            measured["clearance"] = gap
+        performance = self._way.performance(self.velocity_limit)
+        return measured if performance is None else measured | {"performance": performance}
+
+    def _look(self) -> None:
+        """Take in what has come, and how far the robot gets: the time of recoveries counts, but not their ways."""
+        super()._look()
+        seen = self._surroundings
+        if self._motion is not None:
+            self._way.take(seen.stamp, seen.twist.v if isinstance(self._motion, Following) else 0.0)
+        else:
+            self._way.rest(seen.stamp)
 
     @action("follow_path", feedback=TrackingFeedback)
     async def follow_path(self, goal: FollowPath) -> PathFollowed:

@@ -104,6 +104,19 @@ class Surroundings:
             self._scans.look(self.sight.pose, seen, clearance)
         self.sight.absorb(self.stamp, self.pose, self.twist, None if self._scans.text else seen, self._planner)
 
+    def room(self) -> float:
+        """Return how far (m) the nearest obstacle is from the middle of the axle; inf where none is known.
+
+        It may be in the latest scan, remembered, or on the map.
+        """
+        nearest = math.inf
+        for points in (self.sight.obstacles, self.sight.unmapped):
+            if len(points):
+                nearest = min(nearest, float(np.hypot(*(points - self.pose.position).T).min()))
+        if self._planner is not None:
+            nearest = min(nearest, float(self._planner.clearance(np.array([self.pose.position]))[0]))
+        return nearest
+
     def forget(self, request: ClearCostmap) -> int:
         """Forget remembered obstacles; returns how many marks."""
         return self.sight.forget(_cleared_by(request, self.pose))

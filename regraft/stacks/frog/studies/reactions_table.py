@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from regraft.evaluation.reactions import NONE, Reactions
 from regraft.evaluation.reports.markdown import UNKNOWN, table
 from regraft.evaluation.reports.sections import Arms
 from regraft.evaluation.study import RunRecord
 from regraft.stacks.frog.studies.blocking import blocked
 from regraft.stacks.frog.studies.rounds_reactions import (
-    NONE,
-    Reactions,
     blocked_by,
     to_blocking,
     to_darkness,
