@@ -149,6 +149,18 @@ class Simulation:
         """Set the lamps to a level between 0 (dark) and 1 (full)."""
         self._light = check_level(level)
 
+    @property
+    def present(self) -> frozenset[str]:
+        """The groups of people that are present."""
+        return frozenset(walker.group for walker in self._walkers if walker.group and walker.is_present)
+
+    def set_present(self, group: str, present: bool) -> None:
+        """Have all people of a group come or go; they come where no robot is near, while time passes."""
+        for walker in self._walkers:
+            if walker.group == group:
+                walker.set_present(self._data, present)
+        mujoco.mj_kinematics(self._model, self._data)
+
     def robot(self, name: str = "") -> SimulatedRobot:
         """Return a robot; raises KeyError for an unknown name."""
         return self.robots[name]

@@ -13,6 +13,7 @@ from regraft.bus_schema.messages.world import GeomColour, GroundTruth, WorldStat
 from regraft.bus_schema.model.description import Resources
 from regraft.lockstep.source import TimeSource
 from regraft.planar import Pose2D, Twist2D
+from regraft.sim_service.crowds import CROWD, Crowding, CrowdParameter, changes, check_crowds, present_groups
 from regraft.sim_service.devices.core.calling import call
 from regraft.sim_service.devices.core.failures import DeviceFails
 from regraft.sim_service.devices.core.fitting import parameters_of, ports_of, qualities_of
@@ -37,6 +38,9 @@ class World(TimeSource):
 
     The parameters ``..._failure`` make devices fail at once. The schedule ``failures`` makes them fail by the clock,
     while the parameter is none.
+
+    People of a group come and go by the schedule ``crowds``. The parameter ``crowd`` names groups that are present at
+    any time.
     """
 
     state_version = 3
@@ -45,6 +49,7 @@ class World(TimeSource):
     file = Parameter("", "the world's MJCF file", unit="path", exists=True, read_only=True)
     robots = Records(RobotSpec, "the robots in it, with their devices")
     people = Records(Person, "who walks to and fro in it")
+    crowds = Records(Crowding, "when which group of people comes or goes, in order")
     failures = Records(DeviceFails, "when which device fails")
 
     light = Input(LightLevel, required=False, description="how far the lamps are dimmed")
@@ -52,9 +57,15 @@ class World(TimeSource):
 
     @classmethod
     def parameters_for(cls, parameters: dict[str, Any]) -> Iterable[Parameter[Any]]:
-        """Name the parameters of all devices of all robots; raises ParameterError for failures of others."""
+        """Name the groups that are present, and the parameters of all devices of all robots.
+
+        Raises:
+            ParameterError: a device that is to fail, or a group that is to come, does not exist.
+        """
         check_failures(parameters["robots"], parameters["failures"])
-        return parameters_of(parameters["robots"])
+        check_crowds(parameters["people"], parameters["crowds"])
+        yield CrowdParameter(parameters["people"])
+        yield from parameters_of(parameters["robots"])
 
     @classmethod
     def ports_for(cls, parameters: dict[str, Any]) -> Iterable[Input[Any] | Output[Any]]:
@@ -112,6 +123,7 @@ class World(TimeSource):
         now = self.kit.now()
         self.simulation.progress.stamp = now
         self._wiring.fail(now)
+        self._crowd(now)
         self.simulation.advance(seconds)
         for robot in self.simulation.robots.values():
             self._note_contacts(robot)
@@ -120,6 +132,14 @@ class World(TimeSource):
         truths = [self._publish_truth(now, robot) for robot in self.simulation.robots.values()]
         if self.world_state.wanted:
             self._publish_state(now, truths[0].pose if truths else Pose.planar(0.0, 0.0, 0.0))
+
+    def _crowd(self, now: float) -> None:
+        """Have groups of people come and go."""
+        present = present_groups(self.crowds, self.kit.parameters.values[CROWD], now)
+        for group, comes in changes(self.simulation.present, present):
+            self.simulation.set_present(group, comes)
+            text = f"the people of {group} {'come' if comes else 'go'}"
+            self.kit.event("world.crowd", text, group=group, present=comes)
 
     def _note_contacts(self, robot: SimulatedRobot) -> None:
         name = robot.spec.name

@@ -16,6 +16,10 @@ FREE = 0
 OCCUPIED = 100
 SAMPLES = 5
 """Points per cell and direction that are looked at."""
+UPRIGHT = np.eye(3).ravel()
+"""The rotation of a geom along the axes."""
+
+Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,9 +108,23 @@ class Rasteriser:
         within = (np.arange(SAMPLES) + 0.5) / SAMPLES
         x = self._origin[0] + (columns[:, None] + within).ravel() * self._resolution
         y = self._origin[1] + (rows[:, None] + within).ravel() * self._resolution
+        hits = self._upright_box(geom, x, y) if self._is_upright_box(geom) else self._inside(geom, x, y)
+        by_cell = hits.reshape(len(rows), SAMPLES, len(columns), SAMPLES).any(axis=(1, 3))
+        mask[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] |= by_cell
+
+    def _inside(self, geom: int, x: Floats, y: Floats) -> npt.NDArray[np.bool_]:
+        """Return for each y and x (m, world frame) whether the geom contains the point at the height of the grid."""
         points = np.stack([*np.meshgrid(x, y), np.full((len(y), len(x)), self._height)], axis=-1)
         local = (points - self._data.geom_xpos[geom]) @ self._data.geom_xmat[geom].reshape(3, 3)
         shape, size = int(self._model.geom_type[geom]), self._model.geom_size[geom]
-        hits = inside(self._scene, shape, size, local)
-        by_cell = hits.reshape(len(rows), SAMPLES, len(columns), SAMPLES).any(axis=(1, 3))
-        mask[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] |= by_cell
+        return inside(self._scene, shape, size, local)
+
+    def _is_upright_box(self, geom: int) -> bool:
+        is_box = int(self._model.geom_type[geom]) == int(mujoco.mjtGeom.mjGEOM_BOX)
+        return is_box and bool(np.array_equal(self._data.geom_xmat[geom], UPRIGHT))
+
+    def _upright_box(self, geom: int, x: Floats, y: Floats) -> npt.NDArray[np.bool_]:
+        """Return what `_inside` does, for a box along the axes: large buildings have millions of points."""
+        middle, size = self._data.geom_xpos[geom], self._model.geom_size[geom]
+        within_x, within_y = np.abs(x - middle[0]) <= size[0], np.abs(y - middle[1]) <= size[1]
+        return np.logical_and.outer(within_y, within_x)

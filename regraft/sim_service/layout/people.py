@@ -3,15 +3,18 @@
 The world file has a body for each that slides along x and y and turns about z. The joints of ``visitor`` are
 ``visitor_x``, ``visitor_y`` and ``visitor_yaw``. A person is moved along their way; nothing pushes them aside. Cameras
 and lidars see them. People do not see each other.
+
+People of a group come and go together. While they are absent, their bodies stand where the file has them, outside of
+the building.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import mujoco
 
@@ -24,6 +27,10 @@ JOINTS = ("x", "y", "yaw")
 COURTESY = 0.55
 """m: people wait while their next step would bring them this near to a robot's middle."""
 MAX_SPEED = 3.0
+ENTRY_STEP = 0.05
+"""m between two places that are tried for somebody who enters."""
+
+P = TypeVar("P")
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,18 +43,31 @@ class Waypoint:
 
 @dataclass(frozen=True, slots=True)
 class Person:
-    """Somebody who walks straight from waypoint to waypoint (m, map frame) at a speed, and back."""
+    """Somebody who walks straight from waypoint to waypoint (m, map frame) at a speed, and back.
+
+    In a ``loop`` they walk from the last waypoint straight to the first, instead of back.
+    """
 
     name: Annotated[str, Text(64)]
     """The body of the world; its joints begin with it."""
     waypoints: tuple[Waypoint, ...]
     speed: Annotated[float, Unit("m/s"), Bounds(0.01, MAX_SPEED)] = 0.3
+    group: Annotated[str, Text(64)] = ""
+    """The group with which they come and go; without one they are always present."""
+    loop: bool = False
 
     def __post_init__(self) -> None:
-        """Check the waypoints; raises BadMessage."""
-        if len(self.waypoints) < 2 or any(a == b for a, b in pairwise(self.waypoints)):
+        """Check the waypoints and the group; raises BadMessage."""
+        if any(letter.isspace() for letter in self.group):
+            raise BadMessage(f"{self.group!r}: must be a name without spaces", ("group",))
+        if len(self.waypoints) < 2 or any(a == b for a, b in self._legs(self.waypoints)):
             problem = "must have two or more waypoints, neighbours at different places"
-            raise BadMessage(f"{self.name} {problem}", ("waypoints",))
+            closing = ", the last and the first of a loop too" if self.loop else ""
+            raise BadMessage(f"{self.name} {problem}{closing}", ("waypoints",))
+
+    def _legs(self, places: tuple[P, ...]) -> Iterator[tuple[P, P]]:
+        """Return the pairs of places between which the way is straight."""
+        return pairwise((*places, places[0]) if self.loop else places)
 
     def places(self) -> tuple[tuple[float, float], ...]:
         """Return the waypoints as x and y."""
@@ -55,15 +75,16 @@ class Person:
 
     @property
     def length(self) -> float:
-        """The length (m) of the way to the last waypoint."""
-        return sum(math.dist(a, b) for a, b in pairwise(self.places()))
+        """The length (m) of the way to the last waypoint, or once around a loop."""
+        return sum(math.dist(a, b) for a, b in self._legs(self.places()))
 
     def pose(self, travelled: float) -> Pose2D:
         """Return where somebody is who has walked so far (m), facing where they go."""
-        there_and_back = travelled % (2.0 * self.length)
-        going = there_and_back <= self.length
-        left = there_and_back if going else 2.0 * self.length - there_and_back
-        for (x, y), (to_x, to_y) in pairwise(self.places()):
+        period = self.length if self.loop else 2.0 * self.length
+        since = travelled % period
+        going = since <= self.length
+        left = since if going else period - since
+        for (x, y), (to_x, to_y) in self._legs(self.places()):
             stretch = math.dist((x, y), (to_x, to_y))
             if left <= stretch:
                 break
@@ -85,16 +106,34 @@ class Walker:
         self._origin = (float(model.body_pos[body][0]), float(model.body_pos[body][1]))
         self._walk = walk
         self._travelled = 0.0
+        self.is_present = not walk.group
+        """Whether the person is to walk; somebody who is absent stands outside."""
+        self._is_inside = self.is_present
+
+    @property
+    def group(self) -> str:
+        """The group with which the person comes and goes; empty for somebody who is always present."""
+        return self._walk.group
 
     def begin(self, data: mujoco.MjData, robots: Sequence[Pose2D]) -> None:
-        """Stand at the first place of the walk that is not where a robot (map frame) stands."""
-        step = 0.05
-        while self._travelled < self._walk.length and self._nearest(self._travelled, robots) < COURTESY:
-            self._travelled += step
+        """Stand at the first place of the walk that is not where a robot (map frame) stands, or outside if absent."""
+        if self.is_present:
+            self._travelled = self._entry(robots)
         self._put(data, 0.0)
 
+    def set_present(self, data: mujoco.MjData, present: bool) -> None:
+        """Have a person of a group come, with the next move, or go at once."""
+        self.is_present = present
+        if not present:
+            self._is_inside = False
+            self._put(data, 0.0)
+
     def move(self, data: mujoco.MjData, seconds: float, robots: Sequence[Pose2D]) -> None:
-        """Walk on for some seconds, or wait for a robot to get out of the way."""
+        """Walk on for some seconds, or wait for a robot to get out of the way; come in if that is to be."""
+        if not self._is_inside:
+            self._come_in(robots)
+            self._put(data, 0.0)
+            return
         following = self._travelled + self._walk.speed * seconds
         distance = self._nearest(following, robots)
         waits = distance < COURTESY and distance <= self._nearest(self._travelled, robots)
@@ -102,23 +141,45 @@ class Walker:
             self._travelled = following
         self._put(data, 0.0 if waits else self._walk.speed)
 
+    def _come_in(self, robots: Sequence[Pose2D]) -> None:
+        """Enter where no robot is near; a person for whom there is no such place stays outside."""
+        if self.is_present:
+            entry = self._entry(robots)
+            if self._nearest(entry, robots) >= COURTESY:
+                self._is_inside, self._travelled = True, entry
+
+    def _entry(self, robots: Sequence[Pose2D]) -> float:
+        """Return how far (m) it is to the first place where no robot is near, or to the last place if there is none."""
+        travelled = 0.0
+        while travelled < self._walk.length and self._nearest(travelled, robots) < COURTESY:
+            travelled += ENTRY_STEP
+        return travelled
+
     def _nearest(self, travelled: float, robots: Sequence[Pose2D]) -> float:
         """Return the distance (m) to the nearest robot from where the person is then."""
         pose = self._walk.pose(travelled)
         return min((math.dist(pose.position, robot.position) for robot in robots), default=math.inf)
 
     def _put(self, data: mujoco.MjData, speed: float) -> None:
+        if not self._is_inside:
+            self._set(data, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+            return
         pose = self._walk.pose(self._travelled)
         place = (pose.x - self._origin[0], pose.y - self._origin[1], pose.yaw)
-        motion = (speed * math.cos(pose.yaw), speed * math.sin(pose.yaw), 0.0)
+        self._set(data, place, (speed * math.cos(pose.yaw), speed * math.sin(pose.yaw), 0.0))
+
+    def _set(self, data: mujoco.MjData, place: Sequence[float], motion: Sequence[float]) -> None:
         for position, velocity, value, rate in zip(self._positions, self._velocities, place, motion, strict=True):
             data.qpos[position] = value
             data.qvel[velocity] = rate
 
     def snapshot(self) -> dict[str, Any]:
-        """Return how far the person has walked, as plain data."""
-        return {"travelled": self._travelled}
+        """Return how far the person has walked, and of somebody who comes and goes whether they are there."""
+        comes_and_goes = {"present": self.is_present, "inside": self._is_inside} if self.group else {}
+        return {"travelled": self._travelled, **comes_and_goes}
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         """Take over how far the person had walked; where they are is part of the physics."""
         self._travelled = float(snapshot["travelled"])
+        if self.group:
+            self.is_present, self._is_inside = bool(snapshot["present"]), bool(snapshot["inside"])

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from regraft.sim_service.layout.footprints import distance_to_rectangles
 from regraft.sim_service.layout.random_streams import generator
+from regraft.sim_service.rooms.blocks import Block, NoRoom, Rectangle, Room, distance_to_blocks
 from regraft.sim_service.rooms.rule import RoomRule
 
 PURPOSE: Final = "room"
@@ -20,42 +20,6 @@ CHAMBER: Final = 1.2
 """m that a wall leaves at least on either side."""
 MAX_DRAWS: Final = 200
 """Draws of a place for one box."""
-
-Rectangle = tuple[float, float, float, float]
-"""x_min, y_min, x_max, y_max in m."""
-
-
-class NoRoom(Exception):
-    """A draw that came to nothing: something found no place."""
-
-
-@dataclass(frozen=True, slots=True)
-class Block:
-    """An upright box on the floor: the place of its middle, half its sides (m), its height (m), and its heading."""
-
-    name: str
-    x: float
-    y: float
-    half_x: float
-    half_y: float
-    height: float
-    yaw: float = 0.0
-
-    def rectangle(self) -> Rectangle:
-        """Return the rectangle along the axes that contains it."""
-        across, along = abs(math.cos(self.yaw)), abs(math.sin(self.yaw))
-        reach_x = self.half_x * across + self.half_y * along
-        reach_y = self.half_x * along + self.half_y * across
-        return self.x - reach_x, self.y - reach_y, self.x + reach_x, self.y + reach_y
-
-
-@dataclass(frozen=True, slots=True)
-class Room:
-    """A room as drawn; ``lamps`` is the brightness of the lamps, 1 being as the file has it."""
-
-    walls: tuple[Block, ...]
-    boxes: tuple[Block, ...]
-    lamps: float
 
 
 def draw_room(rule: RoomRule, seed: int, attempt: int, site: tuple[float, float] | None) -> Room:
@@ -67,12 +31,12 @@ def draw_room(rule: RoomRule, seed: int, attempt: int, site: tuple[float, float]
     random = generator(seed, PURPOSE, attempt)
     lamps = float(random.uniform(*rule.lamps))
     walls = _draw_walls(rule, random, int(random.integers(rule.walls[0], rule.walls[1] + 1)))
-    if site is not None and rule.clear is not None and _distance(*site, walls) < rule.clear[1]:
+    if site is not None and rule.clear is not None and distance_to_blocks(*site, walls) < rule.clear[1]:
         raise NoRoom(f"a wall stands within {rule.clear[1]:g} m of the site {rule.clear[0]!r}")
     boxes: list[Block] = []
     for number in range(int(random.integers(rule.boxes[0], rule.boxes[1] + 1))):
         boxes.append(_draw_box(rule, random, f"box_{number + 1}", (*walls, *boxes), site))
-    return Room(tuple(walls), tuple(boxes), lamps)
+    return Room(tuple(walls), tuple(boxes), lamps, tuple(box.name for box in boxes[: rule.visits]))
 
 
 def _draw_walls(rule: RoomRule, random: np.random.Generator, count: int) -> list[Block]:
@@ -95,7 +59,7 @@ def _draw_walls(rule: RoomRule, random: np.random.Generator, count: int) -> list
                 continue
             name = f"wall_{number + 1}_{'ab'[side]}"
             place = (at, middle, HALF_THICKNESS, half) if is_along_y else (middle, at, half, HALF_THICKNESS)
-            parts.append(Block(name, *place, height))
+            parts.append(Block(name, *place, height, material=rule.wall_material))
         if is_along_y:
             chambers += [(low_x, low_y, at, high_y), (at, low_y, high_x, high_y)]
         else:
@@ -126,9 +90,5 @@ def _draw_box(
         yaw = float(random.uniform(-math.pi, math.pi))
         is_clear = site is None or rule.clear is None or math.hypot(x - site[0], y - site[1]) >= radius + rule.clear[1]
         if is_clear and distance_to_rectangles(x, y, np.array(taken).reshape(-1, 4)) >= margin:
-            return Block(name, x, y, half_x, half_y, height, yaw)
+            return Block(name, x, y, half_x, half_y, height, yaw, rule.box_material)
     raise NoRoom(f"{name} found no place in {MAX_DRAWS} draws")
-
-
-def _distance(x: float, y: float, blocks: Iterable[Block]) -> float:
-    return distance_to_rectangles(x, y, np.array([block.rectangle() for block in blocks]).reshape(-1, 4))

@@ -1,8 +1,8 @@
-"""Loading a world of a run: its room is drawn, if its file has a rule for that."""
+"""Loading a world of a run: its room or corridors are drawn, if its file has a rule for that."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -15,35 +15,42 @@ from regraft.sim_service.layout.ground_map import Rasteriser
 from regraft.sim_service.layout.placement import PlacementError, draw_placement
 from regraft.sim_service.layout.scene import Scene, SceneError, load_scene
 from regraft.sim_service.robots import RobotSpec
+from regraft.sim_service.rooms.blocks import NoRoom, Room
 from regraft.sim_service.rooms.building import build
-from regraft.sim_service.rooms.drawing import NoRoom, draw_room
-from regraft.sim_service.rooms.rule import RoomRule, room_rule
+from regraft.sim_service.rooms.corridor_rule import corridor_rule
+from regraft.sim_service.rooms.corridors import draw_corridors
+from regraft.sim_service.rooms.drawing import draw_room
+from regraft.sim_service.rooms.rule import room_rule
+from regraft.sim_service.rooms.words import GOALS, Rule
 
 MAX_ATTEMPTS: Final = 40
 RESOLUTION: Final = 0.05
 """m, of the map on which it is found out whether goals can be reached: that of map servers."""
-GOALS: Final = "goals"
+
+Draw = Callable[[int, int, tuple[float, float] | None], Room]
+"""Draws a room of a seed and an attempt, given what place to keep clear."""
 
 
 def load_world(path: str | Path, robots: Sequence[RobotSpec], seed: int) -> Scene:
-    """Return the world of a run with this seed: that of its file, with a room that is drawn if it has a rule `room`.
+    """Return the world of a run with this seed: that of its file, with what is drawn by its rule, if it has one.
 
-    In a room that is drawn everything finds its place, and every robot can reach every goal: what does not fit is drawn
-    again. Equal seeds give equal rooms, in any process.
+    The rule is the text `room` or `corridors`. In a world that is drawn everything finds its place, and every robot can
+    reach every goal: what does not fit is drawn again. Equal seeds give equal worlds, in any process.
 
     Raises:
         SceneError: see `load_scene`; the rule is wrong; no room was found in `MAX_ATTEMPTS` draws.
     """
     plain = load_scene(path, robots)
-    rule = room_rule(plain)
-    if rule is None:
+    found = _rule(plain)
+    if found is None:
         return plain
+    rule, draw = found
     site = _site(plain, rule)
     why: Exception | None = None
     for attempt in range(MAX_ATTEMPTS):
         try:
-            room = draw_room(rule, seed, attempt, site)
-            scene = load_scene(path, robots, partial(build, rule, room))
+            room = draw(seed, attempt, site)
+            scene = load_scene(path, robots, partial(build, room))
             _check_goals(scene, rule, seed)
             return scene
         except (NoRoom, PlacementError, GoalError) as error:
@@ -51,7 +58,17 @@ def load_world(path: str | Path, robots: Sequence[RobotSpec], seed: int) -> Scen
     raise SceneError(f"{plain.path}: no room after {MAX_ATTEMPTS} draws with seed {seed}; the last: {why}")
 
 
-def _site(scene: Scene, rule: RoomRule) -> tuple[float, float] | None:
+def _rule(scene: Scene) -> tuple[Rule, Draw] | None:
+    """Return the rule of a world and what draws by it; raises SceneError if the world has two rules."""
+    room, corridors = room_rule(scene), corridor_rule(scene)
+    if room is not None and corridors is not None:
+        raise SceneError(f"{scene.path}: has the texts 'room' and 'corridors': must have one of them")
+    if room is not None:
+        return room, partial(draw_room, room)
+    return None if corridors is None else (corridors, partial(draw_corridors, corridors))
+
+
+def _site(scene: Scene, rule: Rule) -> tuple[float, float] | None:
     """Return where the site is that is kept clear."""
     if rule.clear is None:
         return None
@@ -61,7 +78,7 @@ def _site(scene: Scene, rule: RoomRule) -> tuple[float, float] | None:
     return float(x), float(y)
 
 
-def _check_goals(scene: Scene, rule: RoomRule, seed: int) -> None:
+def _check_goals(scene: Scene, rule: Rule, seed: int) -> None:
     """Place everything, and look whether each robot can reach a pose in front of each goal.
 
     Raises:
