@@ -161,6 +161,30 @@ def motion_power() -> Parameter[tuple[float, ...]]:
     )
 
 
+def lidar_power() -> Parameter[float]:
+    """Return what the lidar draws while its scans are passed on."""
+    return Parameter(
+        0.0,
+        "what the lidar draws while this is active",
+        minimum=0.0,
+        unit="W",
+        read_only=True,
+        from_robot="lidar_power",
+    )
+
+
+def depth_camera_power() -> Parameter[float]:
+    """Return what the depth camera draws while scans are made of its images."""
+    return Parameter(
+        0.0,
+        "what the depth camera draws while this is active",
+        minimum=0.0,
+        unit="W",
+        read_only=True,
+        from_robot="depth_camera_power",
+    )
+
+
 def consumers() -> Records[Consumer]:
     """Return what else draws power all the time."""
     return Records(

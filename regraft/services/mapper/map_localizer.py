@@ -33,6 +33,10 @@ class MapLocalizer(Component):
     The last map holds, also when its maker rests; it is repeated on ``kept_map``. Another component may give the
     robot's start on ``start``. That is believed until scans fit the map, and whenever they no longer do. Without it,
     the odometry's frame is taken for the map's. A robot that is lost is searched for on the map.
+
+    A pose that no scan confirms grows wrong with the odometry. ``transform_tolerance`` bounds for how long it is
+    published after the last scan that was located, or after the activation. A scan that equals the one before, or that
+    has nothing on the map to compare with, is not located.
     """
 
     state_version = 1
@@ -51,6 +55,13 @@ class MapLocalizer(Component):
     )
     largest_turn = Parameter(
         0.35, "how far one scan may turn the pose without a search", minimum=0.01, maximum=1.0, unit="rad"
+    )
+    transform_tolerance = Parameter(
+        0.0,
+        "for how long after the last scan that was located the pose is published; 0: always",
+        minimum=0.0,
+        maximum=3600.0,
+        unit="s",
     )
 
     velocity_limit = robot_parameters.velocity_limit()
@@ -111,11 +122,24 @@ class MapLocalizer(Component):
         """Publish the pose in the map."""
         pose = planar_pose(message.pose)
         jump = self.mapping.take_odometry(message.stamp, pose)
-        self.localization.publish(localized(message, self.mapping.in_map(pose)))
+        if self._is_confirmed(message.stamp):
+            self.localization.publish(localized(message, self.mapping.in_map(pose)))
         if jump:
             text = f"the odometry jumped by {jump.before.distance(jump.after):.2f} m: taken to be where it was"
             self.kit.diagnose("odometry", Level.WARNING, text)
         self._judge()
+
+    def _is_confirmed(self, stamp: float) -> bool:
+        """Return whether the last scan that was located is recent enough at a time (s)."""
+        if self.transform_tolerance <= 0.0:
+            late = 0.0
+        else:
+            located = self.mapping.located_at
+            last = self._since if located is None else max(located, self._since)
+            late = stamp - last if stamp - last > self.transform_tolerance + 1e-9 else 0.0
+        text = f"no pose is published: no scan has been located for {late:.1f} s" if late else "the pose is published"
+        self._troubles.note("transform", Level.ERROR if late else None, text, self.kit.now())
+        return not late
 
     @scan.handler
     def on_scan(self, message: LaserScan) -> None:

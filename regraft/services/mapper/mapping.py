@@ -46,6 +46,7 @@ class Mapping:
         drift: what the localizer corrected lately.
         fits: whether everything that was seen lay within the largest grid.
         fix: the localizer's result for the last scan.
+        located_at: stamp (s) of the last scan that was found to fit the map somewhere, None before the first.
         updating: whether scans are written into the map.
         frozen: whether the last scan repeats the one before, to the last digit, though the robot moved.
     """
@@ -55,6 +56,7 @@ class Mapping:
         self.drift = DriftWatch()
         self.fits = True
         self.fix: Fix | None = None
+        self.located_at: float | None = None
         self.updating = True
         self.frozen = False
         self._settings = settings
@@ -124,6 +126,7 @@ class Mapping:
         if not fix.fits:
             return True
         if fix.match:
+            self.located_at = scan.stamp
             self.drift.add(scan.stamp, guess, fix.pose)
         self._correction = fix.pose.compose(odometry.inverse())
         if self.updating and self._is_news(scan.stamp, fix.pose):

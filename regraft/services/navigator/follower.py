@@ -4,8 +4,6 @@ import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
-import numpy as np
-
 from regraft.planar import Pose2D, Twist2D, wrap_angle
 from regraft.services.navigator.driving.local_controller import Controller, Decision, Situation
 from regraft.services.navigator.driving.recovery import ProgressMonitor, Recovery
@@ -14,7 +12,15 @@ from regraft.services.navigator.driving.rollout_controller import RolloutControl
 from regraft.services.navigator.planning.grid_planner import GridPlanner, Path
 from regraft.services.navigator.planning.route import Route
 from regraft.services.navigator.sensing.scan import Scan
-from regraft.services.navigator.sensing.senses import LOST_TIMEOUT, SCAN_TEXTS, Fault, MotionWatch, ScanFault, ScanWatch
+from regraft.services.navigator.sensing.senses import (
+    LOST_TIMEOUT,
+    SCAN_TEXTS,
+    SILENT_TIMEOUT,
+    Fault,
+    MotionWatch,
+    ScanFault,
+    ScanWatch,
+)
 from regraft.services.navigator.sensing.sight import Sight
 
 Phase = Literal["idle", "driving", "turning", "recovering", "waiting", "arrived", "failed"]
@@ -33,8 +39,7 @@ class Tolerances:
     """When a goal counts as reached, and how long to put up with what.
 
     `position` (m) and `yaw` (rad) around where the robot drives; `goal` (m): how far from a goal at which the robot
-    cannot be, it may be sent instead; `replan` (s) between plans; a scan older than `scan` (s) stops the robot, and one
-    older than `blind` (s) fails the drive.
+    cannot be, it may be sent instead; `replan` (s) between plans; a scan older than `blind` (s) fails the drive.
     """
 
     position: float = 0.08
@@ -75,7 +80,8 @@ class Command:
 class Follower:
     """Drives to one goal at a time. Deterministic: equal calls from equal states give equal commands.
 
-    `limits` may be changed at any time and holds from the next update on.
+    `limits` and `scan_timeout` (s, the age of a scan that stops the robot) may be changed at any time and hold from the
+    next update on.
     """
 
     def __init__(
@@ -87,6 +93,7 @@ class Follower:
     ) -> None:
         """Wait on one map; give a goal with `start`."""
         self.limits = limits
+        self.scan_timeout = SILENT_TIMEOUT
         self._planner = planner
         self._controller = controller or RolloutController()
         self._tolerances = tolerances or Tolerances()
@@ -210,9 +217,8 @@ class Follower:
         since = -math.inf if self._started_at is None else self._started_at
         self._stamp = stamp
         if scan is not None and self._scans.is_new(scan):
-            clearance = float(self._planner.clearance(np.array([pose.position]))[0])
-            self._scans.look(self._sight.pose, scan, clearance)
-        self._scans.check(time, since)
+            self._scans.look(self._sight.pose, scan, pose, self._planner)
+        self._scans.check(time, since, self.scan_timeout)
         self._sight.absorb(stamp, pose, twist, None if self._scans.text else scan, self._planner)
         if time - stamp > LOST_TIMEOUT:
             return Fault("odometry", "no odometry comes")

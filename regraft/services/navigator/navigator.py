@@ -31,7 +31,7 @@ from regraft.services.navigator.qualities import (
     near_of,
 )
 from regraft.services.navigator.sensing.scan import Scan
-from regraft.services.navigator.sensing.senses import Fault
+from regraft.services.navigator.sensing.senses import SILENT_TIMEOUT, Fault
 from regraft.services.power_model import motion_power
 
 FRAMES = ("map", "odom")
@@ -70,6 +70,9 @@ class Navigator(Component):
         0.10, "how near to a goal's heading is there", minimum=0.02, maximum=3.2, unit="rad", read_only=True
     )
     ready_within = Parameter(5.0, "how long a goal waits for the first map and odometry", minimum=0.0, unit="s")
+    scan_timeout = Parameter(
+        SILENT_TIMEOUT, "how old the last scan may be until the robot stops", minimum=0.1, maximum=60.0, unit="s"
+    )
 
     radius = robot_parameters.radius(read_only=True)
     turning_room = robot_parameters.turning_room(read_only=True)
@@ -223,6 +226,7 @@ class Navigator(Component):
         if self._follower is None or place is None:
             return False
         self._follower.limits = self._limits()
+        self._follower.scan_timeout = self.scan_timeout
         self._command = self._follower.update(
             self.kit.now(), planar_pose(place.pose), planar_twist(place.twist), self._scan(), place.stamp
         )

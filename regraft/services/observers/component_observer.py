@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -10,19 +11,23 @@ from regraft import Component, Input, Level, Output, Parameter, ParameterError, 
 from regraft.bus_schema.annotations import PlainValue, Text
 from regraft.bus_schema.messages.health import Diagnostic, SensorHealth
 from regraft.bus_schema.messages.management.objectives import COMPONENT_STATUS
-from regraft.bus_schema.messages.management.system import SystemFaults, SystemStates
+from regraft.bus_schema.messages.management.system import SystemFaults, SystemMeasurements, SystemStates
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.description import Resources
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.robots.scopes import component_in_scope, in_scope, scope_of
 from regraft.bus_schema.suggestions import no_such
-from regraft.services.observers.condition import ComponentStatus, Condition, Delays
+from regraft.services.observers.condition import ComponentStatus, Condition, Delays, Evidence
 from regraft.services.observers.evidence import of_life, of_sensors, topics_of
+from regraft.services.observers.fitness import ComponentCondition, Fitness, condition_problems
 from regraft.services.observers.observed_components import read_observed_components
+from regraft.services.observers.situation import Situation
 from regraft.stack.yaml.problems import StackError
 
 LOOK_EVERY: Final = 0.1
 """Seconds between two looks at the evidence."""
+MEASUREMENTS: Final = "measurements"
+UNFIT: Final = "unfit"
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +47,7 @@ class ComponentObserver(Component):
 
     A component has failed when it leaves its state by itself, or when its process ends, hangs or is quarantined. It
     has failed, too, when a sensor is faulty whose topic it writes. One that an adaptation has deactivated has not.
+    With ``conditions`` a component that works can count as failed by what it measures, such as an empty battery.
     """
 
     resources = Resources(cpu=0.01, memory=25.0)
@@ -50,6 +56,7 @@ class ComponentObserver(Component):
 
     observed = Parameter("", "the generated observed_components.yaml", unit="path", read_only=True, exists=True)
     sensors = Records(WatchedSensor, "components of sensors' topics, where they are not the topics' writers")
+    conditions = Records(ComponentCondition, "when components that work count as failed, by what is measured")
     ignored_faults = Parameter(("jumpy",), "faults of sensors that are no failures of components")
     period = Parameter(2.0, "how often all statuses are repeated", minimum=0.1, maximum=3600.0, unit="s")
     failed_after = _seconds(0.2, "how long a failure has to last before it is reported")
@@ -76,12 +83,33 @@ class ComponentObserver(Component):
     def __init__(self) -> None:
         self._conditions: dict[str, Condition] = {}
         self._remembered: dict[str, PlainValue] = {}
+        self._fitness: list[tuple[str, Fitness]] = []
         self._stale: tuple[SystemStates | None, SystemFaults | None] = (None, None)
 
     @classmethod
+    def ports_for(cls, parameters: dict[str, Any]) -> Iterable[Input[Any]]:
+        """Name the input of measurements, if there are conditions over them."""
+        if parameters["conditions"]:
+            yield Input(
+                SystemMeasurements,
+                topic="system/measurements",
+                latest_only=True,
+                description="what the conditions are about",
+                name=MEASUREMENTS,
+                origin="conditions",
+            )
+
+    @classmethod
     def check_parameters(cls, parameters: dict[str, Any], seed: int) -> None:
-        """Find what is wrong with the file, and topics that are given twice."""
-        _read(parameters["observed"])
+        """Find what is wrong with the file, conditions of what is not observed, and topics that are given twice."""
+        observed = _read(parameters["observed"])
+        strange = [
+            (f"conditions.{index}.component", no_such("observed component", condition.component, observed))
+            for index, condition in enumerate(parameters["conditions"])
+            if condition.component not in observed
+        ]
+        if strange:
+            raise ParameterError(strange)
         topics = [sensor.topic for sensor in parameters["sensors"]]
         twice = [f"sensors.{i}.topic" for i, topic in enumerate(topics) if topic in topics[:i]]
         if twice:
@@ -91,7 +119,7 @@ class ComponentObserver(Component):
     def check_architecture(cls, name: str, parameters: dict[str, Any], architecture: Architecture) -> None:
         """Find observed components and sensors' topics that are not there."""
         scope = scope_of(name, architecture.topics)
-        problems = []
+        problems = list(condition_problems(parameters["conditions"], scope, architecture))
         for component, location in _read(parameters["observed"]).items():
             problem = _component_problem(component_in_scope(scope, component), architecture)
             if problem:
@@ -108,11 +136,16 @@ class ComponentObserver(Component):
 
     def snapshot(self) -> PlainValue:
         """Return what is known of each component."""
-        return {name: condition.remembered() for name, condition in self._conditions.items()}
+        known: dict[str, Any] = {name: condition.remembered() for name, condition in self._conditions.items()}
+        for component, fitness in self._fitness:
+            if fitness.unfit and component in known:
+                known[component].setdefault(UNFIT, []).append(fitness.text)
+        return known
 
     def restore(self, state: PlainValue) -> None:
         """Continue with what an earlier run knew."""
         self._remembered, self._conditions = (state if isinstance(state, dict) else {}), {}
+        self._fitness = []
 
     def on_configure(self) -> None:
         """Read what is observed; raises ParameterError."""
@@ -124,8 +157,9 @@ class ComponentObserver(Component):
 
     def on_activate(self) -> None:
         """Begin to look, with what was known."""
-        known = self._remembered | {name: each.remembered() for name, each in self._conditions.items()}
+        known = self._remembered | self.snapshot()
         self._conditions = {component: Condition(known.get(component)) for component in self._names}
+        self._fitness = list(self._known_fitness(known))
         self._topics: dict[str, set[str]] = {}
         self._seen_architecture: Architecture | None = None
         self._began = self.kit.now()
@@ -146,9 +180,10 @@ class ComponentObserver(Component):
             self._repeated = now
         delays = Delays(self.failed_after, self.recovered_after, self.sensor_grace, self.presumed_after)
         must_run = now - self._began >= self.first_within
+        self._see_fitness(now, states, faults)
         self._see_architecture()
         for component, condition in self._conditions.items():
-            life = of_life(component, states, faults, must_run=must_run)
+            life = self._with_fitness(component, of_life(component, states, faults, must_run=must_run))
             topics = self._topics.get(component, set())
             sensor = of_sensors(topics, self.sensor_health.latest, now, self.health_holds, self.ignored_faults)
             is_active = states is not None and states.state_of(component) is State.ACTIVE
@@ -162,6 +197,24 @@ class ComponentObserver(Component):
     def evaluate(self) -> dict[str, float]:
         """Return how many components have failed, as ``failures``."""
         return {"failures": float(sum(each.status is ComponentStatus.FAILED for each in self._conditions.values()))}
+
+    def _known_fitness(self, known: dict[str, Any]) -> Iterable[tuple[str, Fitness]]:
+        for condition in self.conditions:
+            component, fitness = component_in_scope(self.kit.scope, condition.component), Fitness(condition)
+            fitness.unfit = fitness.text in (known.get(component) or {}).get(UNFIT, ())
+            yield component, fitness
+
+    def _see_fitness(self, now: float, states: SystemStates | None, faults: SystemFaults | None) -> None:
+        if self._fitness:
+            measured = self.kit.inputs[MEASUREMENTS].latest
+            situation = Situation(self.kit.scope, now, states, faults, measured)
+            for _, fitness in self._fitness:
+                fitness.see(situation)
+
+    def _with_fitness(self, component: str, life: Evidence) -> Evidence:
+        """Return the evidence, or that of the first condition by which a component that works is unfit."""
+        unfit = [each.text for owner, each in self._fitness if owner == component and each.unfit]
+        return Evidence(True, unfit[0]) if unfit and not life.failed else life
 
     def _see_architecture(self) -> None:
         architecture = self.architecture.latest

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from regraft import Output, Parameter
 from regraft.bus_schema.messages.geometry import Pose, Quaternion, Vector3
 from regraft.bus_schema.messages.sensors import LaserScan
-from regraft.sim_service.devices.core.failures import BIAS, DROPOUT, NOISE
+from regraft.sim_service.devices.core.failures import BIAS, DROPOUT, NOISE, ZEROS
 from regraft.sim_service.devices.core.mounting import mounted_at
 from regraft.sim_service.devices.core.sensor import Sensor, failure_parameter
 
@@ -48,7 +48,7 @@ class Lidar(Sensor):
     range_max = Parameter(3.5, "longest distance that it measures", minimum=0.01, unit="m", read_only=True)
     rate = Parameter(5.0, "turns per second", minimum=0.1, unit="Hz", read_only=True)
     noise = Parameter(0.01, "standard deviation of a range", minimum=0.0, unit="m", read_only=True)
-    failure = failure_parameter(DROPOUT, BIAS, NOISE)
+    failure = failure_parameter(DROPOUT, BIAS, NOISE, ZEROS)
     dropout = Parameter(0.5, "share of the rays that a dropout loses", minimum=0.0, maximum=1.0)
     bias = Parameter(0.2, "what a bias adds to each range", unit="m")
     more_noise = Parameter(0.1, "standard deviation that the failure noise adds", minimum=0.0, unit="m")
@@ -115,6 +115,8 @@ class Lidar(Sensor):
 
     def _spoiled(self, ranges: Ranges) -> Ranges:
         failing = self.kit.failing
+        if failing == ZEROS:
+            return np.zeros(len(ranges))
         if failing not in (DROPOUT, BIAS, NOISE):
             return ranges
         random = self.kit.random(f"lidar {failing}", self.kit.progress.tick)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from regraft.bus_schema.messages.nav2.navigate import (
     WaypointState,
     WaypointStatus,
 )
+from regraft.bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
 from regraft.bus_schema.messages.power import BatteryState
 from regraft.bus_schema.messages.reflection import ReflectedEntries
 from regraft.bus_schema.model.description import Resources
@@ -34,6 +36,8 @@ SOON = 0.001
 MAX_TICKS_AT_ONCE = 100
 THROUGH_POSES = 100
 """By how much the error codes of drives through poses are higher than `NavigateError`."""
+FOREVER = 1e6
+"""s, for a drive that does not get on: a message carries finite numbers."""
 CODE, TEXT = "_error_code", "_error_msg"
 """The endings of entries in which a tree keeps its leaves' errors."""
 
@@ -47,16 +51,24 @@ class _Drive:
     file: Path
     tree: Tree
     started: float
+    first: tuple[float, float] | None = None
+    """When (s) there was a path first, and how long (m) it was."""
     left_at: float | None = None
     """When (s) its goal was ended; a newer goal takes the tree over at that moment, or it is halted."""
+
+
+Tell = Callable[[_Drive, float], object]
+"""Returns the feedback on a drive at a time (s)."""
 
 
 class BtNavigator(NavigationInputs):
     """Drives to goals by behaviour trees such as Nav2's, which ask other components to plan and to move.
 
-    A goal may name another tree of the folder that the default is in. A newer goal for the same tree changes its
-    entry ``goal`` or ``goals``, without a stop. One for another tree halts it. The result has the lowest error code
-    that the tree has left in entries such as ``follow_path_error_code``.
+    The action ``navigate_to`` drives by the tree of ``navigate_to_pose``, for clients such as docking that know a
+    navigator by that action. A goal may name another tree of the folder that the default is in.
+
+    A newer goal for the same tree changes its entry ``goal`` or ``goals``, without a stop. One for another tree halts
+    it. The result has the lowest error code that the tree has left in entries such as ``follow_path_error_code``.
     """
 
     resources = Resources(cpu=0.03, memory=25.0)
@@ -92,6 +104,17 @@ class BtNavigator(NavigationInputs):
         tree = goal.behavior_tree or self.behavior_tree
         return await self._navigate(self.to_pose_tree, tree, {"goal": goal.pose}, 0)
 
+    @action("navigate_to", feedback=NavigationProgress)
+    async def navigate_to(self, goal: NavigateTo) -> Arrival:
+        """Drive to a pose, and report whether the robot is there."""
+        done = await self._navigate(self.to_pose_tree, "", {"goal": goal.goal}, 0, _progress)
+        odometry = self.odometry.latest
+        if odometry is None:
+            raise RequestRefused(f"cannot drive: {done.error_msg}", RefusalCode.UNAVAILABLE)
+        if done.error_code:
+            return Arrival(False, odometry.pose, done.error_msg or f"the tree ended with the error {done.error_code}")
+        return Arrival(True, odometry.pose)
+
     @action("navigate_through_poses", feedback=NavigationFeedback)
     async def navigate_through_poses(self, goal: NavigateThroughPoses) -> Navigated:
         """Drive through poses to the last of them."""
@@ -101,7 +124,9 @@ class BtNavigator(NavigationInputs):
         entries = {"goals": list(goal.poses), "goal": goal.poses[-1], "waypoint_statuses": statuses}
         return await self._navigate(self.through_poses_tree, goal.behavior_tree, entries, THROUGH_POSES)
 
-    async def _navigate(self, default: str, wanted: str, entries: Entries, offset: int) -> Navigated:
+    async def _navigate(
+        self, default: str, wanted: str, entries: Entries, offset: int, tell: Tell | None = None
+    ) -> Navigated:
         deadline = self.kit.now() + self.ready_within
         while self.odometry.latest is None:
             if self.kit.now() >= deadline:
@@ -113,7 +138,7 @@ class BtNavigator(NavigationInputs):
         except Unloadable as error:
             return Navigated(int(NavigateError.BAD_TREE) + offset, str(error))
         try:
-            status = await self._run(drive)
+            status = await self._run(drive, tell or _feedback)
         except NodeError as error:
             self._halt(drive)
             return Navigated(int(NavigateError.UNKNOWN) + offset, str(error))
@@ -136,7 +161,7 @@ class BtNavigator(NavigationInputs):
         """Return the tree with the entries: that of the goal before, or another one. Raises Unloadable."""
         left, self._left = self._left, None
         if left is not None and left.file == file and left.left_at == self.kit.now():
-            drive = replace(left, left_at=None)
+            drive = replace(left, first=None, left_at=None)
         else:
             if left is not None:
                 self._halt(left)
@@ -150,7 +175,7 @@ class BtNavigator(NavigationInputs):
             drive.tree.blackboard.set(key, value)
         return drive
 
-    async def _run(self, drive: _Drive) -> Status:
+    async def _run(self, drive: _Drive, tell: Tell) -> Status:
         """Tick the tree until it is done, and report feedback."""
         told = self.kit.now()
         while True:
@@ -161,7 +186,7 @@ class BtNavigator(NavigationInputs):
             await self.kit.sleep(PERIOD)
             if self.kit.now() - told >= FEEDBACK_INTERVAL:
                 told = self.kit.now()
-                self.kit.feedback(_feedback(drive, told))
+                self.kit.feedback(tell(drive, told))
 
     def _leave(self, drive: _Drive) -> None:
         """Keep a tree that still runs for a newer goal, which comes at this moment or not at all."""
@@ -198,6 +223,20 @@ def _feedback(drive: _Drive, now: float) -> NavigationFeedback:
     left = getattr(tracking, "remaining_path_length", 0.0)
     goals = _value(board, "goals") or ()
     return NavigationFeedback(_value(board, "robot_pose"), now - drive.started, left, _value(board, ENTRY), len(goals))
+
+
+def _progress(drive: _Drive, now: float) -> NavigationProgress:
+    """Return how far it still is. The time left is what the rest takes at the mean speed so far."""
+    told = _feedback(drive, now)
+    left = told.distance_remaining
+    if drive.first is None:
+        if left <= 0.0:
+            return NavigationProgress(0.0, FOREVER, "planning", told.recoveries)
+        drive.first = (now, left)
+    began, first_left = drive.first
+    got_on = first_left - left
+    time_left = min((now - began) * left / got_on, FOREVER) if got_on > 0.0 else FOREVER
+    return NavigationProgress(left, time_left, "driving", told.recoveries)
 
 
 def _result(board: Blackboard, status: Status, offset: int) -> Navigated:

@@ -49,10 +49,10 @@ def _update(
     directions = _in_cells(window, sensor, scan)
     short = lengths - np.float32(SHORT_OF_END * window.resolution)
     change = np.zeros(window.cells.size, np.int16)
-    silent = ~echoed
+    silent = scan.silent
     if silent.any():
         crossed = _crossed(window, sensor, directions[:, silent], short[silent])
-        if np.count_nonzero(silent) > len(silent) / 2:
+        if np.count_nonzero(~echoed) > len(silent) / 2:
             # A lidar that fails is silent all around: that is no sign that an obstacle has gone.
             crossed = crossed[window.cells.ravel()[crossed] <= UNKNOWN]
         change[crossed] = -NO_ECHO

@@ -23,8 +23,8 @@ def _beams(angle_min: float, angle_increment: float, count: int) -> FloatArray:
 class Scan:
     """One turn, taken at ``stamp`` (s) by a lidar at ``sensor`` in the base frame.
 
-    ``ranges`` (n; m) are not finite where nothing echoed; beam i looks along ``angle_min + i *
-    angle_increment`` (rad) about the sensor's z axis.
+    ``ranges`` (n; m) are +inf where nothing echoed, and -inf where something is too near. Beam i looks along
+    ``angle_min + i * angle_increment`` (rad) about the sensor's z axis.
     """
 
     stamp: float
@@ -45,6 +45,13 @@ class Scan:
         """Which beams (n) hit something within the lidar's reach."""
         ranges = self.ranges
         return np.isfinite(ranges) & (ranges >= self.range_min) & (ranges <= self.range_max)
+
+    @property
+    def silent(self) -> NDArray[np.bool_]:
+        """Which beams (n) hit nothing within the lidar's reach; shorter ranges, also -inf, are no information."""
+        # A range at the lidar's least may be rounded to single precision.
+        silent: NDArray[np.bool_] = ~self.echoed & (self.ranges >= self.range_min * (1.0 - 1e-6))
+        return silent
 
     def points(self) -> FloatArray:
         """Return the echoes (m, 2; m) in the base frame."""

@@ -76,6 +76,17 @@ class OccupancyGrid:
             ]
         )
 
+    def occupied_within(self, point: Point, reach: float) -> FloatArray:
+        """Return the centres (N, 2) of the occupied cells within `reach` (m) of a point (m)."""
+        row, column = self.cell_of(point)
+        cells = int(reach / self.resolution) + 1
+        first_row, first_column = max(row - cells, 0), max(column - cells, 0)
+        window = self.cells[first_row : max(row + cells + 1, 0), first_column : max(column + cells + 1, 0)]
+        rows, columns = np.nonzero(window >= OCCUPIED_FROM)
+        centres = self.centres(rows + first_row, columns + first_column)
+        near: FloatArray = centres[np.hypot(centres[:, 0] - point[0], centres[:, 1] - point[1]) <= reach]
+        return near
+
     def extent(self) -> str:
         """Describe in words what the map spans, for error messages."""
         rows, columns = self.cells.shape

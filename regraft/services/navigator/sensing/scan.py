@@ -44,6 +44,16 @@ class Scan:
             echo: NDArray[np.bool_] = (self.ranges >= self.range_min) & (self.ranges < self.range_max)
         return echo
 
+    @property
+    def all_around(self) -> bool:
+        """Whether the beams look into every direction."""
+        return len(self.ranges) * self.angle_increment >= math.tau - self.angle_increment / 2
+
+    def too_near(self) -> FloatArray:
+        """Return the bearings (K,; rad) at which something is nearer than can be measured: -inf, as in REP 117."""
+        bearings: FloatArray = self.angle_min + self.angle_increment * np.flatnonzero(np.isneginf(self.ranges))
+        return bearings
+
     def nearest(self) -> float:
         """Return the range (m) of the nearest echo; inf if there is none."""
         return float(self.ranges[self.echoes()].min(initial=math.inf))
@@ -53,9 +63,14 @@ class Scan:
 
         It is inf where the beam did not come back, and 0 where there is no beam or no information.
         """
-        bearing = np.arctan2(points[:, 1], points[:, 0]) - self.angle_min
-        beam = np.rint(np.mod(bearing, math.tau) / self.angle_increment).astype(int)
-        beam = np.where(beam * self.angle_increment > math.tau - self.angle_increment / 2, 0, beam)
+        bearing = np.mod(np.arctan2(points[:, 1], points[:, 0]) - self.angle_min, math.tau)
+        if self.all_around:
+            beam = np.rint(bearing / self.angle_increment).astype(int)
+            beam = np.where(beam * self.angle_increment > math.tau - self.angle_increment / 2, 0, beam)
+        else:
+            # Only the right half of the first beam lies before it; all else before it is seen by no beam.
+            bearing = np.where(bearing > math.tau - self.angle_increment / 2, 0.0, bearing)
+            beam = np.rint(bearing / self.angle_increment).astype(int)
         there = beam < len(self.ranges)
         ranges = self.ranges[np.where(there, beam, 0)]
         nothing_there = ranges >= self.range_max

@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from regraft.planar import FloatArray, Pose2D, Twist2D, wrap_angle
+from regraft.services.navigator.planning.grid_planner import GridPlanner
 from regraft.services.navigator.sensing.scan import Scan
 
 Subject = Literal["scan", "odometry", "motion"]
@@ -16,6 +17,7 @@ SILENT_TIMEOUT = 0.6  # s without a scan, of which there are five a second
 LOST_TIMEOUT = 0.5  # s without odometry, of which there are twenty a second
 FEW = 0.10  # of the beams: with fewer echoes a lidar must be alone in the open, or blind
 MANY = 0.30  # of the beams
+EXPECTED = 0.30  # of the directions of a scan with a gap: with fewer mapped obstacles in them it may be empty
 CERTAIN = 0.5  # m nearer than the lidar's range: what must be seen from where the robot is
 REPEATS = 3  # equal scans in a row, although the robot moved this much between the first and the last:
 MOVED, TURNED = 0.04, 0.08  # m, rad
@@ -73,17 +75,25 @@ class ScanWatch:
         """Return whether a scan has not been looked at yet."""
         return scan is not None and scan.stamp != self._stamp
 
-    def look(self, pose: Pose2D, scan: Scan, clearance: float) -> None:
+    def look(self, pose: Pose2D, scan: Scan, place: Pose2D, planner: GridPlanner) -> None:
         """Look at a new scan.
 
-        `pose` is the robot's in a frame that does not jump, `clearance` (m) how far the map's nearest obstacle is.
+        `pose` is the robot's in a frame that does not jump, `place` the one in the map of the `planner`.
         """
         self._stamp = scan.stamp
-        self._content = self._frozen(pose, scan) or self._blind(pose, scan, clearance)
+        frozen = self._frozen(pose, scan)
+        if scan.all_around:
+            clearance = float(planner.clearance(np.array([place.position]))[0])
+            self._content = frozen or self._blind(pose, scan, clearance)
+        else:
+            self._content = frozen or self._blind_ahead(scan, place, planner)
 
-    def check(self, time: float, since: float) -> None:
-        """Judge what has come until now (s); `since` (s) is when the scans were first needed."""
-        silent = time - max(self._stamp, since) > SILENT_TIMEOUT
+    def check(self, time: float, since: float, timeout: float = SILENT_TIMEOUT) -> None:
+        """Judge what has come until now (s); `since` (s) is when the scans were first needed.
+
+        The lidar is silent when its last scan is older than `timeout` (s).
+        """
+        silent = time - max(self._stamp, since) > timeout
         self.fault = ScanFault.SILENT if silent else self._content
 
     def _frozen(self, pose: Pose2D, scan: Scan) -> ScanFault | None:
@@ -111,6 +121,23 @@ class ScanWatch:
         if clearance > certain and not seen_before and invalid < 1.0 - FEW:
             return None
         return ScanFault.BLIND
+
+    def _blind_ahead(self, scan: Scan, place: Pose2D, planner: GridPlanner) -> ScanFault | None:
+        """Return whether a scan of a part of the surroundings lacks what the map has there.
+
+        Something that is too near to be measured is seen, too. Walls behind the robot prove nothing.
+        """
+        seen = scan.echoes() | np.isneginf(scan.ranges)
+        if len(seen) and float(seen.mean()) >= FEW:
+            return None
+        if not len(seen) or float(np.mean(~(scan.ranges >= scan.range_min))) >= 1.0 - FEW:
+            return ScanFault.BLIND
+        sensor = place.compose(scan.sensor)
+        there = sensor.inward(planner.grid.occupied_within(sensor.position, scan.range_max - CERTAIN))
+        bearings = np.mod(np.arctan2(there[:, 1], there[:, 0]) - scan.angle_min, math.tau)
+        beams = np.unique(np.rint(bearings / scan.angle_increment).astype(int))
+        expected = np.count_nonzero(beams < len(seen)) / len(seen)
+        return ScanFault.BLIND if expected >= EXPECTED else None
 
     def snapshot(self) -> dict[str, Any]:
         """Return the state as plain data."""

@@ -21,6 +21,9 @@ SEEN_THROUGH = 0.10  # m: how far behind a mark an echo must be to prove the mar
 # A beam without echo may have got lost, so a mark needs this many in a row to be gone.
 LOST_BEAMS = 3
 FORGET_TIMEOUT = 60.0  # s without seeing the place again
+UNSEEN_REACH = 2.0  # m around the robot in which mapped obstacles count that a scan does not look at
+# Something too near to be measured is taken to be so far (m) outside of the robot, which can still turn in place then.
+EDGE = 0.04
 POSES_KEPT = 1.0  # s
 
 
@@ -31,13 +34,16 @@ class Sight:
     stamp is used. Unmapped obstacles are remembered until scans look through where they were. Both follow when the
     robot's pose in the map jumps: they are kept as seen from the robot. Nothing else can be within `half_width` (m) of
     the middle of its axle.
+
+    A scan that does not look all around, such as a depth camera's, proves nothing elsewhere. There the remembered
+    obstacles and those of the map are obstacles, too, so that the robot turns and backs up into neither.
     """
 
     def __init__(self, half_width: float = usual.OUTLINE[2]) -> None:
         self._half_width = half_width
         self.stamp = -math.inf
         self.obstacles: FloatArray = NO_POINTS
-        """Return the points of the latest scan, (N, 2) in m in the map's frame."""
+        """Return the points of the latest scan, (N, 2) in m in the map's frame, and the known ones that it misses."""
         self.unmapped: FloatArray = NO_POINTS
         """The remembered obstacles that the map lacks, (N, 2) in m in the map's frame."""
         self.track = Track()
@@ -45,6 +51,8 @@ class Sight:
         """Where the robot is in the track's frame."""
         # All of these are in the track's frame. A mark's value: when it was last seen, and beams lost since.
         self._seen: FloatArray = NO_POINTS
+        # Not looked at by the latest scan: obstacles of the map, and marks.
+        self._unseen: tuple[FloatArray, FloatArray] = (NO_POINTS, NO_POINTS)
         self._poses: list[tuple[float, Pose2D]] = []
         self._marks: dict[tuple[int, int], tuple[float, int]] = {}
 
@@ -74,12 +82,15 @@ class Sight:
         kept = [mark for mark, gone in zip(self._marks.items(), there.tolist(), strict=True) if not gone]
         forgotten = len(self._marks) - len(kept)
         self._marks = dict(kept)
+        mapped, marks = self._unseen
+        self._unseen = (mapped, marks[~chosen(self._in_map(marks))])
         self._place()
         return forgotten
 
     def snapshot(self) -> dict[str, Any]:
         """Return the state as plain data."""
-        return {
+        unseen = [points.tolist() for points in self._unseen]
+        return ({"unseen": unseen} if any(unseen) else {}) | {
             "stamp": self.stamp,
             "seen": self._seen.tolist(),
             "poses": [[then, where.x, where.y, where.yaw] for then, where in self._poses],
@@ -91,6 +102,8 @@ class Sight:
         """Take over the state of a snapshot."""
         self.stamp = state["stamp"]
         self._seen = np.array(state["seen"], dtype=np.float64).reshape(-1, 2)
+        mapped, marks = (np.array(points, dtype=np.float64) for points in state.get("unseen", ([], [])))
+        self._unseen = (mapped.reshape(-1, 2), marks.reshape(-1, 2))
         self._poses = [(then, Pose2D(x, y, yaw)) for then, x, y, yaw in state["poses"]]
         self._marks = {(x, y): (stamp, lost) for x, y, stamp, lost in state["marks"]}
         self.track.restore(state["track"])
@@ -105,11 +118,37 @@ class Sight:
         new = self._seen[~_explained(self._in_map(self._seen), planner)]
         for x, y in np.floor(new / MARK).astype(int).tolist():
             self._marks[(x, y)] = (scan.stamp, 0)
+        self._add_near(scan, taken_at)
+        self._unseen = self._not_looked_at(scan, taken_at, planner)
         self._place()
+
+    def _add_near(self, scan: Scan, taken_at: Pose2D) -> None:
+        """Add what is too near to be measured. Its place is not known, so it is taken to be at the robot's edge."""
+        bearings = scan.too_near()
+        if not len(bearings):
+            return
+        heading, edge = bearings + scan.sensor.yaw, self._half_width + EDGE
+        beams = np.column_stack([np.cos(heading), np.sin(heading)])
+        # How far it is from the sensor, along the beam, to a circle about the middle of the axle.
+        along = beams @ np.array(scan.sensor.position)
+        inside = edge**2 - math.hypot(scan.sensor.x, scan.sensor.y) ** 2
+        way = np.maximum(np.sqrt(np.maximum(along**2 + inside, 0.0)) - along, 0.0)
+        near = np.array(scan.sensor.position) + way[:, None] * beams
+        self._seen = np.concatenate([self._seen, thin(outward(taken_at, near), taken_at, THINNED)])
+
+    def _not_looked_at(self, scan: Scan, taken_at: Pose2D, planner: GridPlanner) -> tuple[FloatArray, FloatArray]:
+        """Return the obstacles of the map near the robot, and the marks, of which the scan has no information."""
+        if scan.all_around:
+            return NO_POINTS, NO_POINTS
+        place = self.track.correction.compose(taken_at)
+        mapped = self.track.correction.inward(planner.grid.occupied_within(place.position, UNSEEN_REACH))
+        return _unseen(scan, taken_at, mapped), _unseen(scan, taken_at, self._centres())
 
     def _place(self) -> None:
         """Bring what is remembered into the map's frame."""
         self.obstacles, self.unmapped = self._in_map(self._seen), self._in_map(self._centres())
+        if any(map(len, self._unseen)):
+            self.obstacles = np.concatenate([self.obstacles, *map(self._in_map, self._unseen)])
 
     def _in_map(self, points: FloatArray) -> FloatArray:
         return outward(self.track.correction, points) if len(points) else points
@@ -147,6 +186,12 @@ class Sight:
                 del self._marks[mark]
             else:
                 self._marks[mark] = (seen_at, beams)
+
+
+def _unseen(scan: Scan, taken_at: Pose2D, points: FloatArray) -> FloatArray:
+    """Return those of (N, 2) points of which a scan has no information."""
+    unseen: FloatArray = points[scan.towards(scan.sensor.inward(taken_at.inward(points))) == 0.0]
+    return unseen
 
 
 def _explained(points: FloatArray, planner: GridPlanner) -> NDArray[np.bool_]:

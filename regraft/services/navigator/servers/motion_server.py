@@ -12,6 +12,7 @@ from regraft.planar import Twist2D
 from regraft.services import robot_parameters
 from regraft.services.navigator.driving.local_controller import Manoeuvres, Situation
 from regraft.services.navigator.driving.robot import Limits
+from regraft.services.navigator.sensing.senses import SILENT_TIMEOUT
 from regraft.services.navigator.servers.map_user import LOOK_INTERVAL, MapUser
 from regraft.services.navigator.servers.motion import Ended, Motion
 
@@ -34,6 +35,9 @@ class MotionServer(MapUser):
     )
     max_turn_rate = Parameter(1.0, "how fast the robot may turn", minimum=0.05, unit="rad/s", limit="turn_rate_limit")
     blind = Parameter(10.0, "for how long odometry or scans may be missing", minimum=0.5, unit="s")
+    scan_timeout = Parameter(
+        SILENT_TIMEOUT, "how old the last scan may be until the robot stops", minimum=0.1, maximum=60.0, unit="s"
+    )
 
     velocity_limit = robot_parameters.velocity_limit()
     turn_rate_limit = robot_parameters.turn_rate_limit()
@@ -64,7 +68,7 @@ class MotionServer(MapUser):
             self._stop()
             return
         time, limits, seen = self.kit.now(), self._limits(), self._surroundings
-        fault = seen.fault(time, self._began)
+        fault = seen.fault(time, self._began, self.scan_timeout)
         if fault:
             motion.blind(time, fault)
             twist = limits.approach(self._told, Twist2D(), PERIOD)

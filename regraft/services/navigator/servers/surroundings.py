@@ -17,7 +17,7 @@ from regraft.services.navigator.conversions import grid_of, planar_pose, planar_
 from regraft.services.navigator.planning.grid_planner import GridPlanner
 from regraft.services.navigator.planning.terrain import Inflation
 from regraft.services.navigator.sensing.scan import Scan
-from regraft.services.navigator.sensing.senses import LOST_TIMEOUT, ScanWatch
+from regraft.services.navigator.sensing.senses import LOST_TIMEOUT, SILENT_TIMEOUT, ScanWatch
 from regraft.services.navigator.sensing.sight import Sight
 
 FRAMES = ("map", "odom")
@@ -72,11 +72,14 @@ class Surroundings:
             missing.append("no usable map has come")
         return " and ".join(missing)
 
-    def fault(self, now: float, since: float) -> str:
-        """Return why the robot must not drive at ``now`` (s); scans are needed since ``since`` (s)."""
+    def fault(self, now: float, since: float, scan_timeout: float = SILENT_TIMEOUT) -> str:
+        """Return why the robot must not drive at ``now`` (s).
+
+        Scans are needed since ``since`` (s), and one that is older than ``scan_timeout`` (s) is no help.
+        """
         if now - self.stamp > LOST_TIMEOUT:
             return "no odometry comes"
-        self._scans.check(now, since)
+        self._scans.check(now, since, scan_timeout)
         return self._scans.text
 
     def use_map(self, message: maps.OccupancyGrid | None) -> None:
@@ -100,8 +103,7 @@ class Surroundings:
         self.pose, self.twist, self.stamp = planar_pose(odometry.pose), planar_twist(odometry.twist), odometry.stamp
         seen = self._converted(scan)
         if seen is not None and self._scans.is_new(seen):
-            clearance = float(self._planner.clearance(np.array([self.pose.position]))[0])
-            self._scans.look(self.sight.pose, seen, clearance)
+            self._scans.look(self.sight.pose, seen, self.pose, self._planner)
         self.sight.absorb(self.stamp, self.pose, self.twist, None if self._scans.text else seen, self._planner)
 
     def room(self) -> float:

@@ -11,7 +11,7 @@ from typing import Annotated, Final
 from regraft.bus_schema.annotations import Bounds, Seconds, Text
 
 NONE, SILENT, FROZEN, BLACK = "none", "silent", "frozen", "black"
-DROPOUT, DRIFT, BIAS, NOISE, STUCK = "dropout", "drift", "bias", "noise", "stuck"
+DROPOUT, DRIFT, BIAS, NOISE, STUCK, ZEROS = "dropout", "drift", "bias", "noise", "stuck", "zeros"
 
 Since = Annotated[Seconds, Bounds(minimum=0.0)]
 
