@@ -32,6 +32,7 @@ from regraft.bus_schema.types_by_schema import describe_type
 from regraft.component.component import describe
 from regraft.component.parameters import ParameterError
 from regraft.component.predicting import predicted
+from regraft.runtime.core.clock import SteppedClock
 from regraft.runtime.core.pending import Pending
 from regraft.runtime.core.refusal import ControlRefused
 from regraft.runtime.handover.protocol import HandoverProtocol
@@ -137,6 +138,8 @@ class Control:
         wanted = codec.decode(payload, SetTransition)
         self._fence.check(wanted.term)
         self._refuse_unless_live()
+        if wanted.time is not None and isinstance(self._parts.clock, SteppedClock):
+            self._parts.clock.advance_to(wanted.time)
         try:
             self._lifecycle.perform(wanted.transition, hold=wanted.hold)
         except TransitionFailed as error:

@@ -9,7 +9,10 @@ from dataclasses import dataclass
 
 from regraft import Component, Input, Output, Parameter, every, service
 from regraft.bus_schema.annotations import Count
+from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import message
+from regraft.bus_schema.messages.protocol.control import SetTransition
+from regraft.bus_schema.model.lifecycle import Transition
 from regraft.lockstep.source import TimeSource
 
 
@@ -102,6 +105,31 @@ class Witness(Component):
 
     def digest(self) -> str:
         return hashlib.sha256(repr(self.seen).encode()).hexdigest()
+
+
+class Sleeper(Component):
+    """Notes when it is activated; nothing wakes it before."""
+
+    def __init__(self) -> None:
+        self.activated: list[float] = []
+
+    def on_activate(self) -> None:
+        self.activated.append(self.kit.now())
+
+
+class Waker(Component):
+    """Activates the sleeper, as the adaptation manager would, and notes when."""
+
+    def __init__(self) -> None:
+        self.asked: list[float] = []
+
+    @every(seconds=3.0)
+    async def wake(self) -> None:
+        async with self.kit.exclusive():
+            now = self.kit.now()
+            order = SetTransition(Transition.ACTIVATE, time=round(now * 1e9))
+            answers = await self.kit.ask(f"{self.kit.system}/component/sleeper/1/transition", codec.encode(order), 2.0)
+            self.asked += [now for answer in answers if not answer.error]
 
 
 class Clerk(Component):

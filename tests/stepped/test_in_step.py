@@ -9,9 +9,9 @@ import pytest
 
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.protocol.clock import CauseCode, Join
-from regraft.bus_schema.model.lifecycle import Transition
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.lockstep import source
-from tests.stepped.parts import Adviser, Clerk, Pusher, Reading, Text, TinyWorld, Witness
+from tests.stepped.parts import Adviser, Clerk, Pusher, Reading, Sleeper, Text, TinyWorld, Waker, Witness
 from tests.support.stepped.step_site import StepSite
 from tests.support.waiting import PATIENCE, wait_until
 
@@ -194,6 +194,14 @@ def test_a_deactivated_member_is_silent_and_comes_back(steps: StepSite) -> None:
     published = pusher.writers.sequences()
     steps.wait_for_time(told.time / 1e9 + 4.0)
     assert pusher.writers.sequences() == published
+
+
+def test_a_component_that_nothing_has_woken_knows_the_time_when_it_is_activated(steps: StepSite) -> None:
+    steps.start_world(TinyWorld, ("sleeper", "waker"), 4.0)
+    steps.start(Sleeper, "sleeper", state=State.INACTIVE)
+    steps.start(Waker, "waker")
+    steps.wait_finished()
+    assert steps.component("sleeper").activated == steps.component("waker").asked == [3.0]
 
 
 def test_an_input_that_is_only_read_wakes_nobody(steps: StepSite) -> None:

@@ -196,7 +196,7 @@ class ComponentClient:
         self, component: str, transition: Transition, revision: int, within: float | None = None, *, hold: bool = False
     ) -> PendingQuery:
         """Ask a component for a transition; ``hold`` as in ``SetTransition``."""
-        message = SetTransition(transition, self.term, revision, hold)
+        message = SetTransition(transition, self.term, revision, hold, round(self._kit.now() * 1e9))
         return self._begin(component, "transition", transition.value, message, within)
 
     def rewire(self, component: str, step: Rewire, within: float | None = None) -> PendingQuery:

@@ -81,7 +81,9 @@ class MapLocalizer(Component):
     map = Input(OccupancyGrid, latest_only=True, required=False, description="the map, and later better ones")
     start = Input(Odometry, required=False, description="where in the map the robot is to begin with")
     localization = Output(Odometry, description="each odometry with the robot's pose in the map")
-    kept_map = Output(OccupancyGrid, description="the map that holds now, for those who need it when its maker rests")
+    kept_map = Output(
+        OccupancyGrid, required=False, description="the map that holds now, for those who need it when its maker rests"
+    )
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:

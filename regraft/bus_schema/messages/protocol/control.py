@@ -36,12 +36,14 @@ class SetTransition:
     """Ask for a lifecycle transition.
 
     ``hold`` asks who is deactivated to keep what comes for its inputs: if it is activated again, it handles that first.
+    ``time`` (ns) is the simulated time: a component that nothing has woken for a while still has an older one.
     """
 
     transition: Transition
     term: Count | None = None
     revision: Count | None = None
     hold: bool = False
+    time: Count | None = None
 
 
 @message("regraft/ParameterValues")
