@@ -34,9 +34,11 @@ class Walk:
     drift: float = 0.0
     ticks: int = 0
     place: list[sensors.Odometry] = field(default_factory=list)
+    parameters: dict[str, float] = field(default_factory=dict)
+    scans: bool = True
 
     def __post_init__(self) -> None:
-        self.localizer = self.rig.add(MapLocalizer, "localizer")
+        self.localizer = self.rig.add(MapLocalizer, "localizer", self.parameters)
         self.place = self.rig.collect("localization", sensors.Odometry)
         self.kept = self.rig.collect("kept_map", maps.OccupancyGrid)
         self.told: list[Diagnostic] = []
@@ -61,7 +63,7 @@ class Walk:
             self.rig.advance(TICK)
             self.ticks += 1
             self.rig.publish("odometry", self.odometry())
-            if self.ticks % TICKS_PER_SCAN == 0:
+            if self.scans and self.ticks % TICKS_PER_SCAN == 0:
                 now = self.ticks * TICK
                 ranges = cast(WALLS + THINGS, circle(now).compose(MOUNT), self.ticks)
                 scan = sensors.LaserScan(
@@ -185,3 +187,54 @@ def test_it_says_what_it_would_give_and_what_it_gives() -> None:
 
 def _parts(pose: Pose2D) -> tuple[float, float, float]:
     return pose.x, pose.y, pose.yaw
+
+
+def test_a_pose_without_a_bound_is_published_although_no_scan_confirms_it() -> None:
+    with Rig() as rig:
+        walk = Walk(rig)
+        rig.publish("map", room_map())
+        walk.go(2.0)
+        walk.scans = False
+        walk.go(3.0)
+        assert len(walk.place) == 100
+
+
+def test_a_pose_is_published_for_a_bounded_time_after_the_last_scan_that_was_located() -> None:
+    with Rig() as rig:
+        walk = Walk(rig, parameters={"transform_tolerance": 0.5})
+        rig.publish("map", room_map())
+        walk.go(2.0)
+        assert len(walk.place) == 40
+        walk.scans = False
+        walk.go(3.0)
+        assert walk.place[-1].stamp == pytest.approx(2.5)
+        assert walk.levels("transform") == ["error"]
+        walk.scans = True
+        walk.go(1.0)
+        assert walk.place[-1].stamp == pytest.approx(6.0)
+        assert walk.levels("transform") == ["error", "ok"]
+        assert walk.error < 0.05
+
+
+def test_scans_that_fit_nowhere_confirm_no_pose() -> None:
+    with Rig() as rig:
+        walk = Walk(rig, shift=Pose2D(0.9, 0.7, 2.0), parameters={"transform_tolerance": 0.4})
+        rig.publish("map", room_map())
+        walk.go(1.0)
+        assert walk.place[-1].stamp == pytest.approx(0.4)
+        walk.go(1.0)
+        assert walk.place[-1].stamp == pytest.approx(2.0)
+        assert walk.error < 0.05
+
+
+def test_the_bound_begins_again_with_an_activation() -> None:
+    with Rig() as rig:
+        walk = Walk(rig, parameters={"transform_tolerance": 0.5})
+        rig.publish("map", room_map())
+        walk.go(2.0)
+        rig.transition("localizer", Transition.DEACTIVATE)
+        walk.go(2.0)
+        rig.transition("localizer", Transition.ACTIVATE)
+        walk.scans = False
+        walk.go(2.0)
+        assert walk.place[-1].stamp == pytest.approx(4.5)

@@ -20,8 +20,11 @@ from regraft.bus_schema.messages.nav2.navigate import (
     WaypointState,
 )
 from regraft.bus_schema.messages.nav2.paths import PlanError
+from regraft.bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
+from regraft.bus_schema.messages.power import BatteryState, Charge, Charged, ChargerState
 from regraft.component.goal import Goal
-from regraft.services.bt_executor.navigation.bt_navigator import BtNavigator
+from regraft.services.bt_executor.navigation.bt_navigator import FOREVER, BtNavigator
+from regraft.services.charging.docking import Docking
 from regraft.testing import Rig
 
 from ..services.rigs import set_parameters
@@ -166,3 +169,51 @@ def test_recoveries_are_counted(bench: Bench) -> None:
     bench.run(25.0)
     assert goal.feedback is not None
     assert goal.feedback.recoveries >= 2
+
+
+def test_clients_of_a_plain_navigator_are_served_by_the_tree_too(bench: Bench) -> None:
+    goal = bench.ask("navigate_to", NavigateTo(framed(3.4, 2.0)), Arrival, NavigationProgress)
+    bench.run(4.0)
+    first = goal.feedback
+    bench.run(3.0)
+    later = goal.feedback
+    assert first is not None
+    assert later is not None
+    assert 0.0 < later.distance_left < first.distance_left - 0.4
+    assert 0.0 < later.time_left < first.time_left < FOREVER
+    assert (later.phase, later.recoveries) == ("driving", 0)
+    arrival = bench.finish(goal)
+    assert (arrival.arrived, arrival.reason) == (True, "")
+    assert (arrival.pose.x, arrival.pose.y) == pytest.approx((3.4, 2.0), abs=0.2)
+
+
+def test_such_a_client_hears_why_the_goal_was_not_reached(bench: Bench) -> None:
+    arrival = bench.do("navigate_to", NavigateTo(framed(9.0, 9.0)), Arrival)
+    assert not arrival.arrived
+    assert "outside the map" in arrival.reason
+    assert arrival.pose.x == pytest.approx(0.6, abs=0.05)
+
+
+def test_such_a_goal_without_odometry_is_refused() -> None:
+    with Rig() as rig:
+        add(rig, BtNavigator, "bt_navigator", to_pose_tree=str(TREES / DEFAULT), ready_within=1.0)
+        goal: Goal[Arrival, Any] = rig.goal("navigate_to", NavigateTo(framed(3.4, 2.0)), Arrival)
+        rig.advance(1.2)
+        assert isinstance(goal.error, CallFailed)
+        assert goal.error.code == RefusalCode.UNAVAILABLE
+
+
+def test_a_robot_docks_by_a_tree(bench: Bench) -> None:
+    add(bench.rig, Docking, "docking", dock_x=2.0, dock_y=2.0)
+    goal = bench.ask("charge", Charge(0.9), Charged)
+    charging = False
+    for _ in range(60):
+        docked = bench.is_at(2.0, 2.0)
+        now = bench.rig.clock.now() / 1e9
+        bench.rig.publish("battery", BatteryState(now, 100.0, 100.0, 0.95 if docked and charging else 0.5, 5.0))
+        bench.rig.publish("charger", ChargerState(now, docked, 20.0))
+        bench.run(0.5)
+        charging = docked
+        if goal.done:
+            break
+    assert goal.result == Charged(True, 0.95)

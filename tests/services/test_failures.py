@@ -67,7 +67,7 @@ def test_a_camera_is_made_to_fail_over_the_bus() -> None:
 
 def test_the_lidar_fails_as_it_is_told_and_comes_back() -> None:
     with Rig(seed=3) as rig:
-        schedule = of_device("scan", "1 frozen, 2 dropout, 3 silent, 4 none")
+        schedule = of_device("scan", "1 frozen, 2 dropout, 3 silent, 4 none, 4.6 zeros")
         world = world_on(rig, failures=schedule, scan_dropout=0.4)
         scans = rig.collect("scan", LaserScan)
         run(rig, world, 5.0)
@@ -77,6 +77,8 @@ def test_the_lidar_fails_as_it_is_told_and_comes_back() -> None:
     for time in (1.0, 1.2, 1.8):
         np.testing.assert_array_equal(at[time], at[0.8])
     assert (at[4.0] != at[4.2]).any()
+    assert (at[4.4] > 0.0).all()
+    assert (at[4.6] == 0.0).all()
     lost = np.isinf(at[2.4]) & np.isfinite(at[0.8])
     assert lost.mean() == pytest.approx(0.4 * np.isfinite(at[0.8]).mean(), abs=0.08)
 

@@ -73,13 +73,13 @@ class DepthScan:
         self._prepare(low)
 
     def _bearings_of_all_rows(self) -> tuple[float, float]:
-        edges = []
-        for across in (self._slope, -self._slope):
-            forward, left, _ = self._directions(np.full(len(self._down), across))
-            if (forward <= 0.0).any():
-                raise BadView("the camera must look ahead, but parts of its view look straight up, down or back")
-            edges.append(np.arctan2(left, forward))
-        low, high = float(edges[0].max()), float(edges[1].min())
+        edges = np.tile([self._slope, -self._slope], (len(self._down), 1))
+        forward, left, _ = self._directions(edges)
+        if (forward <= 0.0).any():
+            raise BadView("the camera must look ahead, but parts of its view look straight up, down or back")
+        # A camera may hang upside down, so that its left is on the right.
+        bearings = np.arctan2(left, forward)
+        low, high = float(bearings.min(axis=1).max()), float(bearings.max(axis=1).min())
         if low >= high:
             raise BadView("the camera is tilted so far to its side that its rows have no bearing in common")
         return low, high
@@ -94,12 +94,15 @@ class DepthScan:
 
     def _prepare(self, low: float) -> None:
         """Find the pixel of each direction in each row: so many to a beam that no column is left out."""
+        middle = self._view.size[1] / 2
         samples, most = 1, math.ceil(MAX_PER_COLUMN * self._view.size[1] / self.beams)
         while True:
-            offsets: FloatArray = (np.arange(self.beams * samples) + 0.5) * (self.angle_increment / samples)
+            offsets = (np.arange(self.beams * samples, dtype=np.float64) + 0.5) * (self.angle_increment / samples)
             across = self._across(low + offsets)
-            position = (across / self._slope + 1.0) * (self._view.size[1] / 2)
-            widest = float(np.abs(np.diff(position, axis=1)).max(initial=0.0))
+            position = (across / self._slope + 1.0) * middle
+            ends = (self._across(np.array([low, low + self.beams * self.angle_increment])) / self._slope + 1.0) * middle
+            steps = np.diff(np.column_stack([ends[:, 0], position, ends[:, 1]]), axis=1)
+            widest = float(np.abs(steps).max())
             if widest <= 1.0 or samples >= most:
                 break
             samples = min(max(math.ceil(samples * widest), samples + 1), most)

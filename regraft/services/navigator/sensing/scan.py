@@ -51,8 +51,8 @@ class Scan:
 
     def too_near(self) -> FloatArray:
         """Return the bearings (K,; rad) at which something is nearer than can be measured: -inf, as in REP 117."""
-        bearings: FloatArray = self.angle_min + self.angle_increment * np.flatnonzero(np.isneginf(self.ranges))
-        return bearings
+        beams = np.flatnonzero(np.isneginf(self.ranges)).astype(np.float64)
+        return self.angle_min + self.angle_increment * beams
 
     def nearest(self) -> float:
         """Return the range (m) of the nearest echo; inf if there is none."""
