@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from regraft.bus_schema.messages.geometry import Pose, Twist
 from regraft.bus_schema.messages.health import Level
+from regraft.bus_schema.messages.sensors import LaserScan
 
 SILENT, FROZEN, BLACK, BLANK, BLIND, DROPOUTS, JUMPY = (
     "silent",
@@ -62,17 +63,26 @@ def scan_fingerprint(ranges: npt.NDArray[np.float32]) -> bytes:
     return hashlib.blake2b(ranges.tobytes(), digest_size=16).digest()
 
 
-def judge_scan(ranges: npt.NDArray[np.float32], least_valid: float, most_gaps: float) -> Finding | None:
+def looks_all_around(scan: LaserScan) -> bool:
+    """Return whether the beams of a scan look into every direction, so that the last is next to the first."""
+    return len(scan.ranges) * scan.angle_increment >= math.tau - scan.angle_increment / 2
+
+
+def judge_scan(
+    ranges: npt.NDArray[np.float32], least_valid: float, most_gaps: float, *, all_around: bool = True
+) -> Finding | None:
     """Report whether too few rays hit anything, or too many single ones are missing.
 
     ``least_valid`` is a share of the rays; ``most_gaps`` the share of neighbours of which one hit something
-    and the other nothing: the edges of what is far away are few.
+    and the other nothing: the edges of what is far away are few. The last ray of a scan ``all_around`` is next to the
+    first.
     """
     hit = np.isfinite(ranges)
     valid = float(hit.mean()) if len(hit) else 0.0
     if valid < least_valid:
         return Finding(BLIND, f"only {valid:.0%} of the rays hit anything")
-    gaps = float(np.mean(hit != np.roll(hit, 1)))
+    changes = hit != np.roll(hit, 1)
+    gaps = float(np.mean(changes if all_around else changes[1:])) if len(hit) > 1 else 0.0
     if gaps > most_gaps:
         return Finding(DROPOUTS, f"rays are missing among those that hit: gaps at {gaps:.0%} of them", Level.WARNING)
     return None

@@ -23,6 +23,7 @@ from regraft.services.sensor_checks import (
     judge_depths,
     judge_picture,
     judge_scan,
+    looks_all_around,
     picture_fingerprint,
     scan_fingerprint,
 )
@@ -145,7 +146,8 @@ class SensorMonitor(Component):
             return judge_picture(fingerprint) or self._frozen(watch, fingerprint, message.stamp)
         if isinstance(message, LaserScan):
             frozen = self._frozen(watch, scan_fingerprint(message.ranges), message.stamp)
-            return frozen or judge_scan(message.ranges, self.least_valid, self.most_gaps)
+            around = looks_all_around(message)
+            return frozen or judge_scan(message.ranges, self.least_valid, self.most_gaps, all_around=around)
         if isinstance(message, DepthImage):
             frozen = self._frozen(watch, scan_fingerprint(message.depths), message.stamp)
             return frozen or judge_depths(message.depths, self.least_valid)

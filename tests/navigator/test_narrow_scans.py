@@ -18,6 +18,7 @@ from regraft.services.navigator.planning.grid_planner import GridPlanner
 from regraft.services.navigator.sensing.scan import Scan
 from regraft.services.navigator.sensing.senses import ScanFault, ScanWatch
 from regraft.services.navigator.sensing.sight import Sight
+from regraft.services.sensor_checks import judge_scan
 
 from .world import Box, cast, rasterise
 
@@ -213,3 +214,11 @@ def test_beams_without_information_free_no_ground_of_a_map() -> None:
     assert (grid.per_cent() == -1).all()
     insert(grid, Pose2D(), MapperScan(0.0, np.full(90, math.inf), Pose2D(), 0.0, math.tau / 90, 0.12, 1.5))
     assert (grid.per_cent() == -1).sum() < grid.per_cent().size
+
+
+def test_the_first_and_the_last_beam_of_a_narrow_scan_are_no_neighbours() -> None:
+    ranges = np.array([1.0] * 10 + [np.inf] * 10, np.float32)
+    assert judge_scan(ranges, 0.1, 0.06, all_around=False) is None
+    found = judge_scan(ranges, 0.1, 0.06)
+    assert found is not None
+    assert found.fault == "dropouts"

@@ -107,22 +107,22 @@ def test_a_further_run_and_a_further_activation_know_what_is_unfit(seen: Scene) 
     assert isinstance(earlier, ComponentObserver)
     seen.rig.transition("observer", Transition.DEACTIVATE)
     seen.rig.transition("observer", Transition.ACTIVATE)
-    assert after(seen, 0.6) == []
+    assert after(seen, 0.6) == [("camera", "TRUE"), *FAILED]
     known = earlier.snapshot()
     seen.rig.transition("observer", Transition.DEACTIVATE)
     given = {"observed": earlier.observed, "period": 1000.0, "conditions": [LOW]}
     later = seen.rig.add(ComponentObserver, "later", given, state=State.INACTIVE)
     later.restore(known)
     seen.rig.transition("later", Transition.ACTIVATE)
-    assert after(seen, 0.6) == []
+    assert after(seen, 0.6) == [("camera", "TRUE"), *FAILED]
     assert after(seen, 0.9) == RECOVERED
 
 
 def test_measurements_are_read_only_where_there_are_conditions(tmp_path: Path) -> None:
     observed = {"observed": written(tmp_path)}
-    assert "measurements" not in {port.name for port in describe(ComponentObserver, observed).inputs}
+    assert "measurements" not in {port.name for port in describe(ComponentObserver, observed).ports}
     with_conditions = observed | {"conditions": [LOW]}
-    assert "measurements" in {port.name for port in describe(ComponentObserver, with_conditions).inputs}
+    assert "measurements" in {port.name for port in describe(ComponentObserver, with_conditions).ports}
 
 
 @pytest.mark.parametrize(
