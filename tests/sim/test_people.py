@@ -7,7 +7,7 @@ from pathlib import Path
 import msgpack
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from regraft.bus_schema.errors import BadMessage
@@ -26,8 +26,10 @@ from .worlds import FROG, OUT_OF_THE_WAY, drive, frog
 WITH_VISITOR = FROG.with_name("world_with_visitor.xml")
 
 
-def walk(*places: tuple[float, float], speed: float = 0.3, name: str = "visitor") -> Person:
-    return Person(name, tuple(Waypoint(x, y) for x, y in places), speed)
+def walk(
+    *places: tuple[float, float], speed: float = 0.3, name: str = "visitor", group: str = "", loop: bool = False
+) -> Person:
+    return Person(name, tuple(Waypoint(x, y) for x, y in places), speed, group, loop)
 
 
 WALK = walk((1.5, -0.6), (-1.5, -0.6), speed=0.5)
@@ -55,14 +57,31 @@ def test_a_walk_that_leads_nowhere_is_refused(waypoints: tuple[tuple[float, floa
         walk(*waypoints)
 
 
+def test_a_loop_that_ends_where_it_begins_and_a_group_of_two_words_are_refused() -> None:
+    with pytest.raises(BadMessage, match="neighbours at different places, the last and the first of a loop too"):
+        walk((0.0, 0.0), (1.0, 0.0), (0.0, 0.0), loop=True)
+    with pytest.raises(BadMessage, match="'a crowd': must be a name without spaces"):
+        walk((0.0, 0.0), (1.0, 0.0), group="a crowd")
+
+
 places = st.tuples(st.integers(-20, 20), st.integers(-20, 20)).map(lambda p: (p[0] / 10, p[1] / 10))
 
 
-@given(st.lists(places, min_size=2, max_size=6, unique=True), st.floats(0.0, 100.0), st.floats(0.0, 1.0))
-def test_a_walk_never_jumps(way: list[tuple[float, float]], travelled: float, step: float) -> None:
-    person = walk(*way)
+@given(st.lists(places, min_size=2, max_size=6, unique=True), st.floats(0.0, 100.0), st.floats(0.0, 1.0), st.booleans())
+def test_a_walk_never_jumps(way: list[tuple[float, float]], travelled: float, step: float, loop: bool) -> None:
+    person = walk(*way, loop=loop)
     one, other = person.pose(travelled), person.pose(travelled + step)
     assert math.hypot(one.x - other.x, one.y - other.y) <= step + 1e-6
+
+
+def test_a_loop_leads_from_its_last_place_straight_to_its_first_and_round_again() -> None:
+    person = walk((0.0, 0.0), (3.0, 0.0), (3.0, 4.0), loop=True)
+    assert person.length == 12.0
+    for around in (0.0, 12.0, 1200.0):
+        back = person.pose(around + 9.5)
+        assert (back.x, back.y) == pytest.approx((1.5, 2.0))
+        assert back.yaw == pytest.approx(math.atan2(-4.0, -3.0))
+        assert person.pose(around + 1.0) == Pose2D(1.0, 0.0, 0.0)
 
 
 def test_the_visitor_walks_to_and_fro_at_its_speed() -> None:
@@ -146,3 +165,61 @@ def test_several_people_walk_each_on_their_own_way(tmp_path: Path) -> None:
     simulation.advance(2.0)
     assert place_of(simulation, "visitor") == pytest.approx((0.5, -0.6), abs=0.02)
     assert place_of(simulation, "guest") == pytest.approx((-0.6, 1.8), abs=0.02)
+
+
+CROWD = (walk((1.5, -0.6), (-1.5, -0.6), speed=0.5, group="crowd"),)
+OUTSIDE = (4.0, 0.0)
+
+
+def test_people_of_a_group_are_outside_until_it_comes_and_after_it_goes() -> None:
+    simulation = visited(CROWD)
+    simulation.advance(1.0)
+    assert (place_of(simulation, "visitor"), simulation.present) == (OUTSIDE, frozenset())
+    simulation.set_present("crowd", present=True)
+    assert simulation.present == {"crowd"}
+    simulation.advance(2.0)
+    assert place_of(simulation, "visitor") == pytest.approx((0.5, -0.6), abs=0.02)
+    simulation.set_present("crowd", present=False)
+    assert (place_of(simulation, "visitor"), simulation.present) == (OUTSIDE, frozenset())
+    simulation.advance(1.0)
+    assert place_of(simulation, "visitor") == OUTSIDE
+    simulation.set_present("crowd", present=True)
+    simulation.advance(1.0)
+    assert place_of(simulation, "visitor") == pytest.approx((1.0, -0.6), abs=0.02)
+
+
+@given(st.floats(-1.8, 1.8), st.floats(-1.2, 0.0))
+@settings(max_examples=25)
+def test_nobody_of_a_group_appears_in_a_robot(x: float, y: float) -> None:
+    simulation = visited(CROWD, robot=Pose2D(x, y, 0.0))
+    simulation.set_present("crowd", present=True)
+    for _ in range(4):
+        simulation.advance(0.05)
+        there = place_of(simulation, "visitor")
+        assert math.dist(there, (x, y)) > COURTESY - 0.02
+    assert there != OUTSIDE
+    assert not new_contacts(simulation)
+
+
+def test_a_person_whose_whole_walk_is_taken_comes_when_the_robot_has_left() -> None:
+    simulation = visited((walk((0.0, -0.6), (0.2, -0.6), group="crowd"),), robot=Pose2D(0.1, -0.6, -math.pi / 2))
+    simulation.set_present("crowd", present=True)
+    simulation.advance(1.0)
+    assert place_of(simulation, "visitor") == OUTSIDE
+    drive(simulation, 0.26, 0.0, 4.0)
+    assert place_of(simulation, "visitor") != OUTSIDE
+    assert not new_contacts(simulation)
+
+
+def test_a_run_with_a_group_continues_from_its_snapshot_bit_by_bit() -> None:
+    original = visited(CROWD)
+    for present in (False, True):
+        original.set_present("crowd", present=present)
+        drive(original, 0.1, 0.2, 1.0)
+        packed = msgpack.packb(original.snapshot())
+        drive(original, 0.1, 0.2, 1.0)
+        successor = visited(CROWD)
+        successor.restore(msgpack.unpackb(packed))
+        assert successor.present == ({"crowd"} if present else frozenset())
+        drive(successor, 0.1, 0.2, 1.0)
+        assert successor.digest() == original.digest()

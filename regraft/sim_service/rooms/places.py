@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from regraft.sim_service.rooms.blocks import Block, NoRoom, distance_to_blocks
+from regraft.sim_service.rooms.blocks import Block, NoRoom, distance_between, distance_to_blocks
 from regraft.sim_service.rooms.corridor_rule import CorridorRule
 from regraft.sim_service.rooms.faces import Face
 from regraft.sim_service.rooms.ring import Ring
@@ -19,6 +19,8 @@ FROM_RECESS: Final = 0.15
 """m between a board and a door with its frame."""
 FROM_CORNER: Final = 0.7
 """m between a board and the next outer wall."""
+APART: Final = 0.3
+"""m between two boards."""
 JITTER: Final = 0.1
 """Share of the distance between two places by which a place is drawn to lie elsewhere."""
 FARTHEST: Final = 0.25
@@ -33,7 +35,7 @@ def draw_places(
     Raises:
         NoRoom: a place finds no wall between the doors, or lies where the rule keeps clear.
     """
-    places = []
+    places: list[Block] = []
     for number in range(rule.visits):
         step = ring.length / rule.visits
         travelled = step * (number + 0.5 + float(random.uniform(-JITTER, JITTER)))
@@ -47,6 +49,8 @@ def draw_places(
         face, along = at[0]
         reach = (along - width / 2.0, along + width / 2.0)
         place = face.block(name, reach, (0.0, DEPTH), min(height, HEIGHT), rule.place_material)
+        if any(distance_between(place, other) < APART for other in places):
+            raise NoRoom(f"{name} stands too near to another place")
         if site is not None and rule.clear is not None and distance_to_blocks(*site, [place]) < rule.clear[1]:
             raise NoRoom(f"{name} stands within {rule.clear[1]:g} m of the site {rule.clear[0]!r}")
         places.append(place)
