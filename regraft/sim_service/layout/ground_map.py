@@ -113,7 +113,7 @@ class Rasteriser:
         mask[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] |= by_cell
 
     def _inside(self, geom: int, x: Floats, y: Floats) -> npt.NDArray[np.bool_]:
-        """Return for each y and x (m, world frame) whether the geom contains the point at the height of the grid."""
+        """Return for each y and x (m, world frame) whether the geom contains the point at the grid's height."""
         points = np.stack([*np.meshgrid(x, y), np.full((len(y), len(x)), self._height)], axis=-1)
         local = (points - self._data.geom_xpos[geom]) @ self._data.geom_xmat[geom].reshape(3, 3)
         shape, size = int(self._model.geom_type[geom]), self._model.geom_size[geom]

@@ -116,7 +116,7 @@ class Walker:
         return self._walk.group
 
     def begin(self, data: mujoco.MjData, robots: Sequence[Pose2D]) -> None:
-        """Stand at the first place of the walk that is not where a robot (map frame) stands, or outside if absent."""
+        """Stand at the first place of the walk where no robot (map frame) stands, or outside if absent."""
         if self.is_present:
             self._travelled = self._entry(robots)
         self._put(data, 0.0)
@@ -149,7 +149,7 @@ class Walker:
                 self._is_inside, self._travelled = True, entry
 
     def _entry(self, robots: Sequence[Pose2D]) -> float:
-        """Return how far (m) it is to the first place where no robot is near, or to the last place if there is none."""
+        """Return how far (m) the first place is where no robot is near; the last place if there is none."""
         travelled = 0.0
         while travelled < self._walk.length and self._nearest(travelled, robots) < COURTESY:
             travelled += ENTRY_STEP

@@ -46,7 +46,7 @@ class Recess:
 
 @dataclass(frozen=True, slots=True)
 class Face:
-    """One side of a corridor, along x or y from ``begin`` to ``end`` (m, map frame), with the corridor before it."""
+    """One side of a corridor, along x or y, from ``begin`` to ``end`` (m, map frame)."""
 
     name: str
     is_along_x: bool

@@ -58,7 +58,7 @@ class Ring:
         return Ring(tuple(replace(corridor, outer=outer, inner=inner) for corridor, (outer, inner) in each))
 
     def place(self, travelled: float) -> tuple[Corridor, float]:
-        """Return the corridor, and the place (m) along it, that lies so far (m) from the middle of the southern one."""
+        """Return the corridor and the place (m) along it, so far (m) from the middle of the southern one."""
         left = (travelled + self.corridors[0].length / 2.0) % self.length
         for corridor in self.corridors:
             if left <= corridor.length:

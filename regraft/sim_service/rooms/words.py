@@ -41,7 +41,7 @@ R = TypeVar("R", bound=Rule)
 
 
 def read_rule(scene: Scene, text: str, kind: type[R]) -> R | None:
-    """Return the rule of a kind that a world's text of this name has, None if there is no such text.
+    """Return the rule that a world's text of this name has, None if there is no such text.
 
     Raises:
         SceneError: the rule is malformed, or names a site or material that does not exist.
