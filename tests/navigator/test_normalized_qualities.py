@@ -25,7 +25,7 @@ def test_a_robot_stops_after_its_reaction_and_its_braking() -> None:
 
 
 def test_safety_is_what_is_left_of_the_gap_when_the_robot_has_stopped() -> None:
-    assert safety(0.5, 0.4, 1.0) == pytest.approx((0.5 - 0.18) / 0.5)
+    assert safety(0.3, 0.4, 1.0) == pytest.approx((0.3 - 0.18) / 0.25)
     assert safety(0.2, 0.5, 1.0) == 0.0
     assert safety(5.0, 0.5, 1.0) == 1.0
     assert safety(AMPLE, 0.0, 1.0) == 1.0

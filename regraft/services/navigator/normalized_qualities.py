@@ -12,8 +12,8 @@ from typing import Final
 
 REACTION: Final = 0.25
 """s until a robot brakes for what it sees: one scan of five a second, and one tick of the controller."""
-AMPLE: Final = 0.5
-"""m beyond the stopping distance at which more room makes a robot no safer."""
+AMPLE: Final = 0.25
+"""m beyond the stopping distance from which on more room makes a robot no safer."""
 RECENT: Final = 10.0
 """s over which the performance of a drive under way is measured."""
 PAUSE: Final = 1.0

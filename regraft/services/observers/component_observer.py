@@ -63,7 +63,7 @@ class ComponentObserver(Component):
     recovered_after = _seconds(1.0, "how long a recovery has to last before it is reported")
     first_within = _seconds(5.0, "how long a component may take to have its first run")
     sensor_grace = _seconds(3.0, "how long a sensor may take to be heard after an activation")
-    presumed_after = _seconds(0.0, "inactive time after which a failed sensor is presumed to be well again; 0: never")
+    presumed_after = _seconds(0.0, "inactive time after which what failed is tried again; 0: never")
     health_holds = Parameter(3.0, "how long the news of sensors hold", minimum=0.1, maximum=3600.0, unit="s")
 
     states = Input(SystemStates, topic="system/states", latest_only=True)

@@ -19,10 +19,11 @@ class ComponentStatus(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """Whether a component has failed, and why; None is not known."""
+    """Whether a component has failed, and why; None is not known. ``by_itself``: it reports its failure, and lives."""
 
     failed: bool | None
     why: str = ""
+    by_itself: bool = False
 
 
 UNKNOWN = Evidence(None)
@@ -30,9 +31,10 @@ UNKNOWN = Evidence(None)
 
 @dataclass(frozen=True, slots=True)
 class Delays:
-    """Seconds: how long evidence has to last before the status changes, and how long a failed sensor rests.
+    """Seconds: how long evidence has to last before the status changes, and how long what has failed rests.
 
-    ``presumed_after`` is the time without activity after which a sensor's failure is presumed to be over; 0: never.
+    ``presumed_after`` is the time without activity after which a failure of a sensor, or one that a component reports
+    of itself, is presumed to be over; 0: never.
     """
 
     failed_after: float
@@ -70,6 +72,8 @@ class Condition:
         that an adaptation has deactivated is silent, and not failed.
         """
         self._see_sensor(now, is_active, sensor, delays)
+        if life.failed and life.by_itself and self._is_presumed_well(now, delays):
+            life = Evidence(False)
         if self._sensor and not life.failed:
             life = Evidence(True, self._sensor)
         if life.failed is False and self.status is ComponentStatus.UNKNOWN:
@@ -99,5 +103,10 @@ class Condition:
         self._active_since = None
         if self._idle_since is None:
             self._idle_since = now
-        if delays.presumed_after and now - self._idle_since >= delays.presumed_after:
+        if self._is_presumed_well(now, delays):
             self._sensor = ""
+
+    def _is_presumed_well(self, now: float, delays: Delays) -> bool:
+        """Return whether it has been inactive for so long that a further attempt is worth making."""
+        idle = 0.0 if self._idle_since is None else now - self._idle_since
+        return delays.presumed_after > 0.0 and idle >= delays.presumed_after

@@ -23,13 +23,15 @@ def of_life(component: str, states: SystemStates | None, faults: SystemFaults | 
         return UNKNOWN
     for fault in faults.present:
         if fault.component == component and fault.kind is not SystemFaultKind.RAISED:
-            return Evidence(True, f"{fault.kind.value}: {fault.text}" if fault.text else fault.kind.value)
+            why = f"{fault.kind.value}: {fault.text}" if fault.text else fault.kind.value
+            return Evidence(True, why, by_itself=fault.kind is SystemFaultKind.FAILED)
     known = next((each for each in states.components if each.component == component), None)
     if known is None or known.state is None:
         why = "it has no run" if known is not None else "it is not in the system"
         return Evidence(True, why) if must_run else UNKNOWN
     if known.failure or known.state in FAILED_STATES:
-        return Evidence(True, known.failure or f"it is in the state {known.state.value}")
+        why = known.failure or f"it is in the state {known.state.value}"
+        return Evidence(True, why, by_itself=bool(known.failure))
     return Evidence(False)
 
 

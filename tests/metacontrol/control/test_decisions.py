@@ -42,6 +42,22 @@ def test_the_published_decisions_follow_failures_and_recoveries(tmp_path: Path) 
     perform(tmp_path, script)
 
 
+def test_a_failure_of_its_own_that_an_observer_holds_for_over_is_tried_again_until_the_next(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        await director.add(PATROL)
+        await director.break_part("laser")
+        assert await _realization(director) == "degraded"
+        director.report_component("laser", "TRUE")
+        assert await _realization(director) == "degraded", "normal operation is no recovery of what has failed"
+        director.report_component("laser", "RECOVERED")
+        assert await _realization(director) == "normal"
+        assert director.states()["laser"] is State.ACTIVE
+        await director.break_part("laser")
+        assert await _realization(director) == "degraded"
+
+    perform(tmp_path, script)
+
+
 def test_a_looser_bound_has_the_faster_realization(tmp_path: Path) -> None:
     async def script(director: Director) -> None:
         found = await director.add(replace(PATROL, requirements={"energy": 0.8}))

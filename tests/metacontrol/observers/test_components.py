@@ -189,6 +189,18 @@ def test_it_is_presumed_to_be_well_again_only_if_that_is_wanted(tmp_path: Path) 
         assert made.statuses() == [("camera", "RECOVERED")]
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_only_a_failure_of_its_own_is_presumed_to_be_over(tmp_path: Path, kind: SystemFaultKind) -> None:
+    with scene(ComponentObserver, observed=written(tmp_path), period=100.0, presumed_after=5.0) as made:
+        made.run(2.0)
+        made.news()
+        made.states["laser"], made.faults["laser"] = State.UNCONFIGURED, kind
+        made.run(4.5)
+        assert made.statuses() == [("laser", "FALSE")]
+        made.run(3.0)
+        assert made.statuses() == ([("laser", "RECOVERED")] if kind is SystemFaultKind.FAILED else [])
+
+
 def test_old_news_of_sensors_change_nothing(seen: Scene) -> None:
     seen.has_monitor = True
     seen.run(4.0)

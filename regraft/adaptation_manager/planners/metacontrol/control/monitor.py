@@ -19,13 +19,19 @@ from regraft.bus_schema.messages.management.objectives import (
     CONTEXT_STATUS,
     QUALITY_STATUS,
 )
-from regraft.bus_schema.messages.management.system import SystemFaultKind, SystemFaults, SystemStates
+from regraft.bus_schema.messages.management.system import (
+    SystemFault,
+    SystemFaultKind,
+    SystemFaults,
+    SystemStates,
+)
 from regraft.bus_schema.model.robots.scopes import component_in_scope
 from regraft.bus_schema.suggestions import no_such
 
 EARLY: Final = 1.0
 """Seconds by which the clock of who measures may be ahead."""
-COMPONENT_WORDS: Final = {"FALSE": True, "TRUE": False, "RECOVERED": False}
+RECOVERED: Final = "RECOVERED"
+COMPONENT_WORDS: Final = {"FALSE": True, "TRUE": False, RECOVERED: False}
 """Values of a component's status, and whether it has failed then."""
 
 
@@ -52,6 +58,8 @@ class Monitor:
         self._gone: set[str] = set(known.get("gone", ()))
         self._removed: set[str] = set(known.get("removed", ()))
         self._faulty: set[str] = set(known.get("faulty", ()))
+        self._present: tuple[SystemFault, ...] = ()
+        self._over: dict[str, float] = dict(known.get("over", {}))
         self._reported: set[str] = {name for name in known.get("reported", ()) if name in model.components}
         self._seen_failed: set[str] = {name for name in known.get("failed", ()) if name in model.components}
         self._recovered: set[str] = {name for name in known.get("recovered", ()) if name in model.components}
@@ -65,6 +73,7 @@ class Monitor:
             "gone": sorted(self._gone),
             "removed": sorted(self._removed),
             "faulty": sorted(self._faulty),
+            "over": dict(self._over),
             "reported": sorted(self._reported),
             "failed": sorted(self._seen_failed),
             "recovered": sorted(self._recovered),
@@ -78,9 +87,20 @@ class Monitor:
         if states is not None:
             self._gone = {each.component for each in states.components if each.state is None}
         if faults is not None:
-            ends = (SystemFaultKind.RAISED, SystemFaultKind.RECOVERED)
-            self._faulty = {each.component for each in faults.present if each.kind not in ends}
+            self._present = faults.present
+            self._judge_faults()
         self._note_recoveries()
+
+    def _judge_faults(self) -> None:
+        """Find who has a fault; one that an observer holds for over counts no more, until the next."""
+        known = {(each.component, each.stamp) for each in self._present}
+        self._over = {component: stamp for component, stamp in self._over.items() if (component, stamp) in known}
+        ends = (SystemFaultKind.RAISED, SystemFaultKind.RECOVERED)
+        self._faulty = {
+            each.component
+            for each in self._present
+            if each.kind not in ends and self._over.get(each.component) != each.stamp
+        }
 
     def see_removed(self, components: Collection[str]) -> None:
         """Take the components that were removed from the stack: as long as they are, they have failed."""
@@ -123,7 +143,16 @@ class Monitor:
             self._reported.add(name)
         else:
             self._reported.discard(name)
+        if word == RECOVERED:
+            self._take_recovery(name)
         self._note_recoveries()
+
+    def _take_recovery(self, name: str) -> None:
+        """Hold a failure for over that a component has reported of itself: whether it is, a further attempt shows."""
+        for fault in self._present:
+            if fault.kind is SystemFaultKind.FAILED and self._components.get(fault.component) == name:
+                self._over[fault.component] = fault.stamp
+        self._judge_faults()
 
     def _take_quality(self, diagnostic: Diagnostic, key: str, value: PlainValue, objectives: Collection[str]) -> None:
         name = self._qualities.get(key)
