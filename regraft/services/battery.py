@@ -18,6 +18,8 @@ from regraft.services.power_model import motion_power, total_power
 EMPTY, LOW, BELOW_LIMIT, FULL = "empty", "low", "below_limit", "ok"
 SEVERITY = {EMPTY: Level.ERROR, LOW: Level.WARNING, BELOW_LIMIT: Level.WARNING, FULL: Level.OK}
 TEXTS = {EMPTY: "empty", LOW: "low", BELOW_LIMIT: "below its limit", FULL: "all right"}
+DRAIN = "drain"
+"""The consumer that a fault is."""
 CHARGER_HOLDS = 2.0
 """s: for this long after its last message, a charger is taken to give the power that it reported."""
 
@@ -58,6 +60,9 @@ class Battery(Component):
     energy = Input(EnergyUse, keep=4096, required=False, description="what is taken at once, as for a picture")
     charger = Input(ChargerState, keep=256, required=False, description="what is put in, if there is a charger")
     drawn_power = Quality("of the whole robot", unit="W", better="lower", minimum=0.0, name="power")
+    load = Quality(
+        "of the robot's parts, without what faults drain", unit="W", better="lower", minimum=0.0, estimated=False
+    )
     endurance = Quality("until it is empty", unit="s", better="higher", minimum=0.0, functional=True)
     time_to_limit = Quality("until the wanted charge is reached", unit="s", better="higher", minimum=0.0)
     charge = Quality("how full it is", better="higher", minimum=0.0, maximum=1.0, functional=True, estimated=False)
@@ -105,7 +110,7 @@ class Battery(Component):
         self._until: float | None = None
         self._speed = 0.0
         self._level = FULL
-        self._drawn = self._charged = self._power = 0.0
+        self._drawn = self._charged = self._power = self._load = 0.0
         self._charger = ChargerState(0.0, False, 0.0)
         self._charging = False
 
@@ -124,7 +129,7 @@ class Battery(Component):
         }
         lost = self._drained(now)
         if lost > 0.0:
-            spent["drain"] = lost * (now - since)
+            spent[DRAIN] = lost * (now - since)
         for use in self.energy.take():
             spent[use.consumer] = spent.get(use.consumer, 0.0) + use.energy
         self._until = now
@@ -173,6 +178,7 @@ class Battery(Component):
         draw = {consumer: energy / seconds for consumer, energy in spent.items()} if seconds > 0.0 else {}
         charge = self._left / self.capacity
         total = self._power = sum(draw.values())
+        self._load = total - draw.get(DRAIN, 0.0)
         self.battery.publish(BatteryState(now, self._left, self.capacity, min(charge, 1.0), total))
         self.power.publish(PowerDraw(now, total, draw))
         level = self._level_at(charge)
@@ -206,7 +212,7 @@ class Battery(Component):
         ``power`` (W) is that of the last half second; ``endurance`` and ``time_to_limit`` (s) are as long as it holds.
         """
         charge = self._left / self.capacity
-        now = {"power": self._power} | self._times(charge, self.limit, self.capacity, self._power)
+        now = {"power": self._power, "load": self._load} | self._times(charge, self.limit, self.capacity, self._power)
         return {"charge": charge, "drawn": self._drawn, "charged": self._charged} | now
 
     def snapshot(self) -> PlainValue:

@@ -1,0 +1,1 @@
+"""A round robot that patrols buildings."""

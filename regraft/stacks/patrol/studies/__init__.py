@@ -1,0 +1,1 @@
+"""The patrol's studies: `regraft evaluate patrol-managers` and `patrol-qualities`."""

@@ -1,0 +1,94 @@
+"""How well different managers keep a patrol going, compared as SUAVE compares them (SEAMS 2023)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+
+import yaml
+
+from regraft.evaluation.study import Changes, Configuration, Study
+from regraft.stacks.patrol.studies.contingencies import SECONDS, contingencies
+from regraft.stacks.patrol.studies.managers_report import report
+from regraft.stacks.patrol.studies.patrol_measures import CAMERA, COLUMNS, CROWD, LASER
+
+FOLDER: Final = Path(__file__).parents[1]
+RECORDER: Final = "regraft.stacks.patrol.studies.patrol_recorder:PatrolRecorder"
+ADDITIONS: Changes = {
+    "robot": {
+        "devices": {
+            "true_scan": {  # a lidar that never fails, for the record alone
+                "class": "regraft.sim_service.devices.lidar:Lidar",
+                "parameters": {"range_min": "$range_min", "range_max": "$range_max", "noise": 0.0},
+                "connect": {"scan": "truth/scan"},
+            }
+        },
+    },
+    "topics": {"truth/scan": {"type": "regraft/LaserScan", "rate": 5}},
+    "components": {
+        "camera": {"parameters": {"renderer": "ray"}},  # draws alike on every machine
+        "gateway": {"parameters": {"port": 0}},
+        "rows": {
+            "class": RECORDER,
+            "parameters": {"file": "$RUN/rows.csv"},
+            "connect": {"true_scan": "truth/scan"},
+        },
+    },
+}
+
+
+def joined(*changes: Changes) -> dict[str, Any]:
+    """Return several changes as one: maps are merged."""
+    found: dict[str, Any] = {}
+    for each in changes:
+        for key, value in each.items():
+            before = found.get(key)
+            found[key] = joined(before, value) if isinstance(before, dict) and isinstance(value, dict) else value
+    return found
+
+
+def variant(name: str) -> Changes:
+    """Return what a stack file of this folder has different from ``stack.yaml``, with the files that it includes."""
+    document = yaml.safe_load((FOLDER / name).read_text(encoding="utf-8"))
+    included = [variant(file) for file in document.pop("include") if file != "stack.yaml"]
+    return joined(*included, document)
+
+
+def with_contingencies(differences: Changes) -> Callable[[int], Changes]:
+    """Return what is different for a seed: the manager, and what goes wrong in that run."""
+
+    def changes(seed: int) -> Changes:
+        drawn = contingencies(seed)
+        spells = ((LASER, drawn.laser), (CAMERA, drawn.camera), (CROWD, drawn.crowd))
+        recorded = [{"name": name, "begin": spell.begin, "end": spell.end} for name, spell in spells]
+        record: Changes = {"components": {"rows": {"parameters": {"spells": recorded}}}}
+        return joined(differences, drawn.changes(), record)
+
+    return changes
+
+
+def _arm(name: str, text: str, file: str = "") -> Configuration:
+    return Configuration(name, text, with_contingencies(variant(file) if file else {}))
+
+
+STUDY = Study(
+    "patrol-managers",
+    "Which manager keeps a patrol going when things go wrong?",
+    FOLDER / "stack.yaml",
+    {
+        "measured": (
+            _arm("metacontrol", "the metacontroller, by the skills with their measured qualities"),
+            _arm("rules", "rules that enter modes, as in ROS 2's system_modes", "rules.yaml"),
+            _arm("tree", "rules in the mission's behaviour tree", "tree.yaml"),
+            _arm("random", "another realization at random every 20 s", "random.yaml"),
+            _arm("none", "nothing: the realization normal all the time", "none.yaml"),
+        )
+    },
+    report,
+    ADDITIONS,
+    seconds=SECONDS,
+    runs=20,
+    measures={"measured": COLUMNS},
+    claims={},
+)

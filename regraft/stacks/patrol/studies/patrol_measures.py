@@ -1,0 +1,155 @@
+"""The figures of one patrol, of its rows; what goes wrong when is in the rows, too."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Final
+
+from regraft.evaluation.reactions import Reactions, reactions
+from regraft.evaluation.rows import TIME, Rows
+from regraft.evaluation.study import Measure
+
+LAP: Final = 7
+"""Places of one lap."""
+SAFE: Final = 0.3
+"""The safety that the mission requires."""
+GETS_ON: Final = 0.1
+"""The performance below which a robot hardly gets on."""
+THRIFTY: Final = 0.8
+"""The energy that is not to be exceeded."""
+LOW: Final = 0.5
+"""The charge below which the battery is low."""
+LASER, CAMERA, CROWD = "laser_fails", "camera_fails", "crowded"
+SAVING: Final = ("energy_saving", "degraded_energy_save")
+
+
+def last(rows: Rows, name: str) -> float:
+    """Return the last value of a column that is not empty; NaN without any."""
+    known = [value for value in rows.number(name) if not math.isnan(value)]
+    return known[-1] if known else math.nan
+
+
+def places(rows: Rows) -> float:
+    """Return how many places were reached."""
+    return last(rows, "places")
+
+
+def time_to_completion(rows: Rows) -> float:
+    """Return when (s) the first lap was complete; NaN where it was not."""
+    done = (time for time, count in zip(rows.number(TIME), rows.number("places"), strict=True) if count >= LAP)
+    return next(done, math.nan)
+
+
+def share(rows: Rows, name: str, is_met: Callable[[float], bool]) -> float:
+    """Return the share of the seconds with a value in which a requirement is met; NaN without any."""
+    known = [value for value in rows.number(name) if not math.isnan(value)]
+    return sum(map(is_met, known)) / len(known) if known else math.nan
+
+
+def safe_share(rows: Rows) -> float:
+    """Return the share of the time in which the true safety is at least `SAFE`."""
+    return share(rows, "safety", lambda value: value >= SAFE)
+
+
+def performing_share(rows: Rows) -> float:
+    """Return the share of the time in which the performance is at least `GETS_ON`."""
+    return share(rows, "performance", lambda value: value >= GETS_ON)
+
+
+def thrifty_share(rows: Rows) -> float:
+    """Return the share of the time in which the energy is at most `THRIFTY`."""
+    return share(rows, "energy", lambda value: value <= THRIFTY)
+
+
+def requirements_met(rows: Rows) -> float:
+    """Return the share of the time in which all three requirements are met."""
+    columns = zip(rows.number("safety"), rows.number("performance"), rows.number("energy"), strict=True)
+    met = [
+        safety >= SAFE and performance >= GETS_ON and energy <= THRIFTY
+        for safety, performance, energy in columns
+        if not math.isnan(safety + performance + energy)
+    ]
+    return sum(met) / len(met) if met else math.nan
+
+
+def without_design(rows: Rows) -> float:
+    """Return for how long (s) no sensor that works was in use."""
+    return float(sum(not works for works in _works(rows)))
+
+
+def _works(rows: Rows) -> list[bool]:
+    laser = [uses and not fails for uses, fails in _pairs(rows, "uses_laser", LASER)]
+    camera = [uses and not fails for uses, fails in _pairs(rows, "uses_camera", CAMERA)]
+    return [either or other for either, other in zip(laser, camera, strict=True)]
+
+
+def _pairs(rows: Rows, uses: str, fails: str) -> Sequence[tuple[bool, bool]]:
+    return list(zip(rows.is_so(uses), rows.is_so(fails), strict=True))
+
+
+def worst_error(rows: Rows) -> float:
+    """Return by how much (m) the robot was at most mistaken about its place in a second in which it reached one."""
+    counts, errors = rows.number("places"), rows.number("error")
+    at_places = [
+        error
+        for before, count, error in zip(counts, counts[1:], errors[1:], strict=False)
+        if count > before and not math.isnan(error)
+    ]
+    return max(at_places, default=math.nan)
+
+
+def to_laser(rows: Rows) -> Reactions:
+    """Return how soon the robot does without its laser after that has failed."""
+    return reactions(rows.number(TIME), rows.is_so(LASER), [not uses for uses in rows.is_so("uses_laser")])
+
+
+def to_low_battery(rows: Rows) -> Reactions:
+    """Return how soon a realization that saves energy is in force after the battery has become low."""
+    low = [charge < LOW for charge in rows.number("charge")]
+    return reactions(rows.number(TIME), low, [each in SAVING for each in rows.text("realization")])
+
+
+def to_crowd(rows: Rows) -> Reactions:
+    """Return how soon the robot is safe after it was not, among people."""
+    unsafe = [
+        crowded and safety < SAFE for crowded, safety in zip(rows.is_so(CROWD), rows.number("safety"), strict=True)
+    ]
+    return reactions(rows.number(TIME), unsafe, [not each for each in unsafe])
+
+
+def mean_reaction(find: Callable[[Rows], Reactions]) -> Measure:
+    """Return the measure: the mean time (s) of the answers to a kind of disturbance; NaN where none was answered."""
+
+    def measure(rows: Rows) -> float:
+        answered = find(rows).answered
+        return sum(answered) / len(answered) if answered else math.nan
+
+    return measure
+
+
+def _final(name: str) -> Measure:
+    def measure(rows: Rows) -> float:
+        return last(rows, name)
+
+    return measure
+
+
+COLUMNS: Final[dict[str, Measure]] = {
+    "places": places,
+    "requirements met": requirements_met,
+    "safe": safe_share,
+    "performing": performing_share,
+    "thrifty": thrifty_share,
+    "time to completion (s)": time_to_completion,
+    "energy (J)": _final("energy_drawn"),
+    "without a working design (s)": without_design,
+    "contacts": _final("contacts"),
+    "adaptations": _final("adaptations"),
+    "taken back": _final("taken_back"),
+    "worst error at a place (m)": worst_error,
+    "reaction to the laser (s)": mean_reaction(to_laser),
+    "reaction to a low battery (s)": mean_reaction(to_low_battery),
+    "reaction to a crowd (s)": mean_reaction(to_crowd),
+}
+"""Every figure of a run: each has a column in the results."""
