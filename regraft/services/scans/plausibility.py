@@ -15,7 +15,7 @@ ZEROS, EMPTY = "zeros", "empty"
 
 @dataclass(frozen=True, slots=True)
 class Tolerances:
-    """What is put up with: silence and equal scans (s), the share of zeros, and implausible scans in a row."""
+    """Limits of a working lidar: silence and equal scans (s), the share of zeros, and useless scans in a row."""
 
     silent: float
     first: float

@@ -18,7 +18,7 @@ BASE_FRAME = "base_link"
 
 
 class PointcloudToLaser(PoweredComponent):
-    """Publishes for each depth image of a camera on the robot a level scan of what stands in a band of heights.
+    """Publishes a level scan for each depth image of a camera on the robot: of what stands in a band of heights.
 
     It does what ROS's pointcloud_to_laserscan does. A beam has the planar distance to its nearest point, from the
     camera's place. It is +inf where no point is found within the camera's reach. It is -inf where something is nearer

@@ -1,4 +1,4 @@
-"""What components that stand for a device have in common: they book the energy that the device draws."""
+"""The base of components that stand for a device: they book the energy that it draws."""
 
 from __future__ import annotations
 

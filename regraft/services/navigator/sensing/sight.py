@@ -22,7 +22,7 @@ SEEN_THROUGH = 0.10  # m: how far behind a mark an echo must be to prove the mar
 LOST_BEAMS = 3
 FORGET_TIMEOUT = 60.0  # s without seeing the place again
 UNSEEN_REACH = 2.0  # m around the robot in which mapped obstacles count that a scan does not look at
-# Something too near to be measured is taken to be so far (m) outside of the robot, which can still turn in place then.
+# Something too near to be measured is taken to be so far (m) outside of the robot. There it can still turn in place.
 EDGE = 0.04
 POSES_KEPT = 1.0  # s
 
@@ -36,14 +36,14 @@ class Sight:
     the middle of its axle.
 
     A scan that does not look all around, such as a depth camera's, proves nothing elsewhere. There the remembered
-    obstacles and those of the map are obstacles, too, so that the robot turns and backs up into neither.
+    obstacles and those of the map count, so that the robot turns and backs up into neither.
     """
 
     def __init__(self, half_width: float = usual.OUTLINE[2]) -> None:
         self._half_width = half_width
         self.stamp = -math.inf
         self.obstacles: FloatArray = NO_POINTS
-        """Return the points of the latest scan, (N, 2) in m in the map's frame, and the known ones that it misses."""
+        """Return the points of the latest scan, (N, 2) in m in the map's frame, and known ones out of its view."""
         self.unmapped: FloatArray = NO_POINTS
         """The remembered obstacles that the map lacks, (N, 2) in m in the map's frame."""
         self.track = Track()
