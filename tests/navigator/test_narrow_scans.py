@@ -45,7 +45,7 @@ class Robot:
     def scan(self) -> Scan:
         """Return what the camera sees."""
         increment = 2 * HALF / BEAMS
-        angles = -HALF + increment * (np.arange(BEAMS) + 0.5)
+        angles = -HALF + increment * (np.arange(BEAMS, dtype=np.float64) + 0.5)
         place = self.pose.compose(EYE)
         ranges = cast(self.boxes, place.position, place.yaw + angles)
         ranges = np.where(ranges < LEAST, -math.inf, np.where(ranges > REACH, math.inf, ranges))

@@ -80,8 +80,8 @@ class Command:
 class Follower:
     """Drives to one goal at a time. Deterministic: equal calls from equal states give equal commands.
 
-    A scan that is older than `scan_timeout` (s) stops the robot. It and `limits` may be changed at any time and hold from
-    the next update on.
+    A scan that is older than `scan_timeout` (s) stops the robot. It and `limits` may be changed at any time, and hold
+    from the next update on.
     """
 
     def __init__(
