@@ -164,12 +164,12 @@ def test_scans_in_the_wrong_order_are_not_passed_on(lidar: Lidar) -> None:
 def test_a_further_configuration_tries_the_lidar_again(lidar: Lidar) -> None:
     lidar.run(2.0)
     lidar.run(1.0, speaks=False)
-    assert not lidar.works
+    assert lidar.failure
     lidar.rig.transition("resender", Transition.CONFIGURE)
     lidar.rig.transition("resender", Transition.ACTIVATE)
     lidar.run(2.0)
     assert lidar.works
-    assert lidar.failure == ""
+    assert not lidar.failure
     assert len(lidar.passed) == 20
 
 
