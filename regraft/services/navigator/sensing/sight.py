@@ -43,7 +43,7 @@ class Sight:
         self._half_width = half_width
         self.stamp = -math.inf
         self.obstacles: FloatArray = NO_POINTS
-        """Return the points of the latest scan and known ones out of its view, (N, 2) in m in the map's frame."""
+        """Return the points of the latest scan and known ones out of its view: (N, 2) in m, in the map."""
         self.unmapped: FloatArray = NO_POINTS
         """The remembered obstacles that the map lacks, (N, 2) in m in the map's frame."""
         self.track = Track()
