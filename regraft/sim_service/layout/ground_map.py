@@ -127,4 +127,4 @@ class Rasteriser:
         """Return what `_inside` does, for a box along the axes: large buildings have millions of points."""
         middle, size = self._data.geom_xpos[geom], self._model.geom_size[geom]
         within_x, within_y = np.abs(x - middle[0]) <= size[0], np.abs(y - middle[1]) <= size[1]
-        return np.logical_and.outer(within_y, within_x)
+        return np.asarray(within_y[:, None] & within_x, bool)
