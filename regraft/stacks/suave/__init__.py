@@ -1,0 +1,1 @@
+"""SUAVE's pipeline inspection under the metacontroller: stub components that replay its contingencies."""
