@@ -84,7 +84,7 @@ def test_the_mean_is_over_all_kinds_and_unknown_without_a_reaction() -> None:
     assert (MEASURES["searching (s)"](run), MEASURES["inspected (m)"](run)) == (2.0, 0.27)
 
 
-def test_the_report_has_a_line_for_each_reaction_beside_what_was_published() -> None:
+def test_the_report_has_a_line_for_each_reaction_and_what_was_published() -> None:
     (configuration,) = [each for each in STUDY.configurations["corrected"] if each.name == "drawn"]
     assert isinstance(configuration, Configuration)
     run = RunRecord(configuration, 1, 7, 3.0, rows((1, 1.0), (2, 5.0)), (), {}, Timing(1.0, 1.0))

@@ -1,4 +1,4 @@
-"""Reaction times in SUAVE's mission, by its own definition, beside what was published of it (SEAMS 2023).
+"""Reaction times in SUAVE's mission by its own definition, to be compared with what was published (SEAMS 2023).
 
 ``published`` has the schedule of the published runs: thruster 1 fails at 35 s, the visibility begins with its highest,
 and there is no battery. ``drawn`` draws each run's schedule from the seed, as SUAVE's runner does (suave_runner.py):
