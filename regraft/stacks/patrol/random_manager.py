@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from random import Random
 
-from regraft import CallFailed, Component, Parameter, RequestRefused
-from regraft.adaptation_manager.planners.manager_client import AdaptationOrder, Manager
-from regraft.bus_schema.model.adaptation import Change, EnterMode
-from regraft.bus_schema.model.architecture import Architecture
+from regraft import CallFailed, Component, Parameter
+from regraft.bus_schema.model.adaptation import ADAPT, AdaptationReport, AdaptationRequest, EnterMode
+from regraft.bus_schema.model.robots.scopes import SHARED
 
 
 class RandomManager(Component):
@@ -19,7 +18,6 @@ class RandomManager(Component):
 
     def on_activate(self) -> None:
         """Begin to choose."""
-        self._manager = Manager(self.kit)
         self.kit.spawn(self._choose(), "choosing modes")
 
     async def _choose(self) -> None:
@@ -27,17 +25,8 @@ class RandomManager(Component):
         while True:
             await self.kit.sleep(self.period)
             mode = random.choice(self.modes)
+            request = AdaptationRequest((EnterMode(mode),), "chosen at random", self.kit.name)
             try:
-                await self._enter(mode)
-            except (CallFailed, RequestRefused) as error:
-                self.kit.event("random.undecided", str(error))
-
-    async def _enter(self, mode: str) -> None:
-        def plan(seen: Architecture) -> tuple[Change, ...]:
-            return (EnterMode(mode),)
-
-        architecture = await self._manager.architecture(self.adapt_within)
-        order = AdaptationOrder(self.kit.name, "chosen at random")
-        done = await self._manager.carry_out(plan, architecture, order, self.adapt_within)
-        if not done.stands:
-            self.kit.event("random.failed", f"mode {mode} could not be entered: {done.problem}", mode=mode)
+                await self.kit.call(SHARED + ADAPT, request, AdaptationReport, timeout=self.adapt_within)
+            except CallFailed as error:
+                self.kit.event("random.undecided", f"mode {mode}: {error}", mode=mode)
