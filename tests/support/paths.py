@@ -7,3 +7,4 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 FROG = ROOT / "regraft" / "stacks" / "frog"
 TWO_ROBOTS = ROOT / "regraft" / "stacks" / "demo_two_robots"
+PATROL = ROOT / "regraft" / "stacks" / "patrol"

@@ -21,7 +21,8 @@ THRIFTY: Final = 0.8
 LOW: Final = 0.5
 """The charge below which the battery is low."""
 LASER, CAMERA, CROWD = "laser_fails", "camera_fails", "crowded"
-SAVING: Final = ("energy_saving", "degraded_energy_save")
+SLOW: Final = 0.15
+"""m/s: realizations that are safe and thrifty drive slower."""
 
 
 def last(rows: Rows, name: str) -> float:
@@ -105,17 +106,22 @@ def to_laser(rows: Rows) -> Reactions:
 
 
 def to_low_battery(rows: Rows) -> Reactions:
-    """Return how soon a realization that saves energy is in force after the battery has become low."""
+    """Return how soon the robot may only drive slowly after its battery has become low."""
     low = [charge < LOW for charge in rows.number("charge")]
-    return reactions(rows.number(TIME), low, [each in SAVING for each in rows.text("realization")])
+    return reactions(rows.number(TIME), low, _slow(rows))
 
 
 def to_crowd(rows: Rows) -> Reactions:
-    """Return how soon the robot is safe after it was not, among people."""
-    unsafe = [
-        crowded and safety < SAFE for crowded, safety in zip(rows.is_so(CROWD), rows.number("safety"), strict=True)
-    ]
-    return reactions(rows.number(TIME), unsafe, [not each for each in unsafe])
+    """Return how soon the robot may only drive slowly after it has come too near to people who crowd a corridor."""
+    disturbed, lasts = [], False
+    for crowded, safety in zip(rows.is_so(CROWD), rows.number("safety"), strict=True):
+        lasts = crowded and (lasts or safety < SAFE)
+        disturbed.append(lasts)
+    return reactions(rows.number(TIME), disturbed, _slow(rows))
+
+
+def _slow(rows: Rows) -> list[bool]:
+    return [velocity < SLOW for velocity in rows.number("max_velocity")]
 
 
 def mean_reaction(find: Callable[[Rows], Reactions]) -> Measure:

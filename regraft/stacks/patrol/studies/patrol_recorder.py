@@ -22,6 +22,7 @@ from regraft.services import robot_parameters
 from regraft.services.navigator.normalized_qualities import RecentWay, energy, safety
 
 SKILL: Final = "to_navigate"
+DRIVER: Final = "controller_server"
 LARGEST_POWER: Final = 25.0
 """W: the power that the quality energy is a share of, as in patrol.skills."""
 AT_PLACE: Final = 0.4
@@ -45,7 +46,7 @@ class PatrolRecorder(RowRecorder):
     ``gap`` is the distance (m) from the robot's rim to the nearest thing, by a lidar that never fails, and
     ``error`` (m) how far the robot is from where it believes to be. ``safety``, ``performance`` and ``energy`` are
     computed from the truth by the formulas that the robot measures itself by. ``places`` counts the places reached.
-    ``realization`` is the mode of the skill, ``uses_laser`` and ``uses_camera`` which sensor it
+    ``realization`` is the mode of the skill, ``max_velocity`` (m/s) how fast it may drive, ``uses_laser`` and ``uses_camera`` which sensor it
     drives by. ``changed_at`` is when (s) the last adaptation was in effect. Each of ``spells`` has a column: whether
     that contingency lasts.
     """
@@ -154,11 +155,13 @@ class PatrolRecorder(RowRecorder):
     def _design(self) -> dict[str, Cell]:
         architecture = self.architecture.latest
         if architecture is None:
-            return {"realization": "", "uses_laser": None, "uses_camera": None}
+            return {"realization": "", "max_velocity": None, "uses_laser": None, "uses_camera": None}
         mode = architecture.asked_modes.get(SKILL, "")
         parts = architecture.components
+        velocity = parts[DRIVER].parameters.get("max_velocity") if DRIVER in parts else None
         return {
             "realization": mode.removeprefix(f"{SKILL}."),
+            "max_velocity": float(velocity) if isinstance(velocity, int | float) else None,
             "uses_laser": "laser_resender" in parts and parts["laser_resender"].state is State.ACTIVE,
             "uses_camera": "camera" in parts and parts["camera"].state is State.ACTIVE,
         }

@@ -1,0 +1,1 @@
+"""The patrol under metacontrol, and its studies."""

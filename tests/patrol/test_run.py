@@ -1,0 +1,30 @@
+"""A short patrol in which laser and battery fail: the decisions of the published table, in a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.patrol.running import entered, ran
+
+SETTINGS = (
+    "battery.initial_charge=0.6",
+    "world.failures=[{at: 8, device: lidar, failure: zeros}, {at: 14, device: lidar, failure: none}]",
+    "component_observer.presumed_after=8",
+    "battery.drains=[{at: 24, power: 600}, {at: 28, power: 0}]",
+    "gateway.port=0",
+)
+
+
+def test_a_laser_of_zeros_and_a_low_battery_have_other_realizations_chosen(tmp_path: Path) -> None:
+    ran(tmp_path, 34.0, *SETTINGS)
+    modes = entered(tmp_path)
+    assert [mode for _, mode in modes] == [
+        "to_navigate.performance",
+        "to_navigate.degraded",
+        "to_navigate.performance",
+        "to_navigate.energy_saving",
+    ]
+    _, laser, recovery, battery = (at for at, _ in modes)
+    assert 8.0 <= laser <= 9.0
+    assert 16.0 <= recovery <= 18.0
+    assert 24.0 <= battery <= 30.0

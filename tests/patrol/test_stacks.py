@@ -1,0 +1,51 @@
+"""The patrol's files: they fit each other, and only studies read the truth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from regraft.adaptation_manager.planners.metacontrol.skills.generators.writing import generated
+from regraft.adaptation_manager.planners.metacontrol.skills.reading import checked_skills
+from regraft.stack import load
+from regraft.stacks.patrol.studies import managers, qualities
+from regraft.stacks.patrol.studies.managers import variant
+from tests.support.paths import PATROL
+
+STACKS = sorted(PATROL.glob("*.yaml"))
+SKILLS = PATROL / "patrol.skills"
+TRUTH = ("ground_truth", "truth/")
+
+
+@pytest.mark.parametrize("file", STACKS, ids=lambda file: file.stem)
+def test_every_stack_is_right_and_nobody_but_the_recorder_reads_the_truth(file: Path) -> None:
+    architecture = load(file).architecture
+    topics = [topic for topic in architecture.topics if topic.startswith(TRUTH)]
+    readers = {component for topic in topics for component, _ in architecture.readers(topic)}
+    assert {architecture.components[name].cls.split(".")[1] for name in readers} == {"evaluation"}
+
+
+def test_the_generated_files_are_those_of_the_skills() -> None:
+    checked = checked_skills(SKILLS, load(PATROL / "stack.yaml").architecture)
+    assert [each for each in checked.diagnostics if each.severity.value == "error"] == []
+    files = {file.name: file.read_text() for file in (PATROL / "metacontrol").iterdir()}
+    assert files == generated(checked.skills)
+
+
+def test_a_manager_of_the_study_is_that_of_its_stack_file() -> None:
+    assert variant("rules.yaml")["components"]["metacontrol"] is None
+    assert variant("rules.yaml")["rules"]["blind"]["mode"] == "to_navigate.degraded"
+    assert variant("random.yaml")["components"]["docking"] == {"state": "active"}
+    assert "include" not in variant("tree.yaml")
+
+
+def test_both_studies_have_a_configuration_for_each_manager_and_each_realization() -> None:
+    assert [each.name for each in managers.STUDY.configurations["measured"]] == [
+        "metacontrol",
+        "rules",
+        "tree",
+        "random",
+        "none",
+    ]
+    assert {each.name for each in qualities.STUDY.configurations["measured"]} == set(qualities.PUBLISHED)
