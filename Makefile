@@ -13,13 +13,16 @@ PORTABLE_RUN := tests/frog/test_runs.py::test_a_run_closes_with_one_object_and_e
 # The benchmarks compare times; coverage.py complains at its end where there is no room for a file.
 NOT_MEASURED := --ignore tests/benchmarks --deselect tests/evaluation/test_campaign.py::test_without_room_it_says_so_and_leaves_no_half_of_a_table
 
-.PHONY: help frog test test-python check coverage bench evidence attack docs lock clean
+.PHONY: help frog patrol test test-python check coverage bench evidence attack docs lock clean
 
 help: ## Say what there is
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 12
 
 frog: .venv/frog ## Run FROG: a dozen processes in a simulated room
 	$(BIN)/regraft up frog
+
+patrol: .venv/frog ## Run the patrol: a robot on corridors whose laser, camera and battery may fail
+	$(BIN)/regraft up patrol
 
 test: .venv/ready ## Pass the tests (a few minutes)
 	$(BIN)/pytest

@@ -26,10 +26,10 @@ def stopping_distance(speed: float, deceleration: float, reaction: float = REACT
 
 
 def safety(gap: float, speed: float, deceleration: float, ample: float = AMPLE) -> float:
-    """Return how safe it is to drive at a speed (m/s) with a gap (m) between the robot's rim and the next obstacle.
+    """Return how safe a speed (m/s) is with a gap (m) between the robot's rim and the next obstacle.
 
-    That is the gap beyond the stopping distance as a share of ``ample`` (m): 0 where the robot could not stop before
-    the obstacle if that lay ahead, and 1 from ``ample`` on.
+    That is the gap beyond the stopping distance as a share of ``ample`` (m). It is 0 where the robot could not stop
+    before an obstacle ahead, and 1 from ``ample`` on.
     """
     return min(max((gap - stopping_distance(speed, deceleration)) / ample, 0.0), 1.0)
 
@@ -44,7 +44,7 @@ def performance(distance: float, seconds: float, fastest: float) -> float:
 
 
 def energy(power: float, largest: float) -> float:
-    """Return what a robot draws (W) as a share of the largest power (W) that it may draw, at most 1."""
+    """Return a robot's power (W) as a share of the largest power (W), at most 1."""
     return min(max(power / largest, 0.0), 1.0)
 
 

@@ -33,8 +33,8 @@ UNKNOWN = Evidence(None)
 class Delays:
     """Seconds: how long evidence has to last before the status changes, and how long what has failed rests.
 
-    ``presumed_after`` is the time without activity after which a failure of a sensor, or one that a component reports
-    of itself, is presumed to be over; 0: never.
+    ``presumed_after`` is the time without activity after which a failure is presumed to be over; 0: never. That holds
+    for failures of sensors, and for those that components report of themselves.
     """
 
     failed_after: float

@@ -90,7 +90,7 @@ def _pairs(rows: Rows, uses: str, fails: str) -> Sequence[tuple[bool, bool]]:
 
 
 def worst_error(rows: Rows) -> float:
-    """Return by how much (m) the robot was at most mistaken about its place in a second in which it reached one."""
+    """Return the largest error (m) of the robot's believed place in seconds in which it reached a place."""
     counts, errors = rows.number("places"), rows.number("error")
     at_places = [
         error
@@ -112,7 +112,7 @@ def to_low_battery(rows: Rows) -> Reactions:
 
 
 def to_crowd(rows: Rows) -> Reactions:
-    """Return how soon the robot may only drive slowly after it has come too near to people who crowd a corridor."""
+    """Return how soon the robot may only drive slowly after it has come too near to a crowd."""
     disturbed, lasts = [], False
     for crowded, safety in zip(rows.is_so(CROWD), rows.number("safety"), strict=True):
         lasts = crowded and (lasts or safety < SAFE)

@@ -43,12 +43,12 @@ class NamedSpell:
 class PatrolRecorder(RowRecorder):
     """Writes down how a patrol goes, by what really is.
 
-    ``gap`` is the distance (m) from the robot's rim to the nearest thing, by a lidar that never fails, and
-    ``error`` (m) how far the robot is from where it believes to be. ``safety``, ``performance`` and ``energy`` are
+    ``gap`` is the distance (m) from the robot's rim to the nearest thing, by a lidar that never fails. ``error`` is how
+    far (m) the robot is from where it believes to be. ``safety``, ``performance`` and ``energy`` are
     computed from the truth by the formulas that the robot measures itself by. ``places`` counts the places reached.
-    ``realization`` is the mode of the skill, ``max_velocity`` (m/s) how fast it may drive, ``uses_laser`` and ``uses_camera`` which sensor it
-    drives by. ``changed_at`` is when (s) the last adaptation was in effect. Each of ``spells`` has a column: whether
-    that contingency lasts.
+    ``realization`` is the mode of the skill, ``max_velocity`` (m/s) how fast it may drive.
+    ``uses_laser`` and ``uses_camera`` are which sensor it drives by. ``changed_at`` is when (s) the last adaptation was
+    in effect. Each of ``spells`` has a column: whether that contingency lasts.
     """
 
     spells = Records(NamedSpell, "when what goes wrong: a column each")
