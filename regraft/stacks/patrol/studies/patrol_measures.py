@@ -89,6 +89,12 @@ def _pairs(rows: Rows, uses: str, fails: str) -> Sequence[tuple[bool, bool]]:
     return list(zip(rows.is_so(uses), rows.is_so(fails), strict=True))
 
 
+def lowest_charge(rows: Rows) -> float:
+    """Return how full the battery was at its emptiest, as a ratio."""
+    known = [value for value in rows.number("charge") if not math.isnan(value)]
+    return min(known, default=math.nan)
+
+
 def worst_error(rows: Rows) -> float:
     """Return the largest error (m) of the robot's believed place in seconds in which it reached a place."""
     counts, errors = rows.number("places"), rows.number("error")
@@ -150,6 +156,7 @@ COLUMNS: Final[dict[str, Measure]] = {
     "time to completion (s)": time_to_completion,
     "energy (J)": _final("energy_drawn"),
     "without a working design (s)": without_design,
+    "lowest charge": lowest_charge,
     "contacts": _final("contacts"),
     "adaptations": _final("adaptations"),
     "taken back": _final("taken_back"),

@@ -1,0 +1,1 @@
+"""What the patrol keeps over many seeds."""
