@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import re
+import shutil
 from pathlib import Path
 
 from tests.patrol.running import entered, ran
+from tests.support.commands import run
+from tests.support.paths import PATROL, ROOT
+
+PAGE = ROOT / "docs" / "patrol.md"
 
 SETTINGS = (
     "battery.initial_charge=0.6",
@@ -28,3 +34,15 @@ def test_a_laser_of_zeros_and_a_low_battery_have_other_realizations_chosen(tmp_p
     assert 8.0 <= laser <= 9.0
     assert 16.0 <= recovery <= 18.0
     assert 24.0 <= battery <= 30.0
+
+
+def test_the_realization_of_the_page_is_chosen_once_it_is_among_the_skills(tmp_path: Path) -> None:
+    stack = tmp_path / "patrol"
+    shutil.copytree(PATROL, stack)
+    (realization,) = re.findall(r"^```text\n(Realization brisk.*?)^```$", PAGE.read_text(), re.MULTILINE | re.DOTALL)
+    skills = stack / "patrol.skills"
+    skills.write_text(skills.read_text() + realization)
+    written = run("skills", "generate", str(skills), "--out", str(stack / "metacontrol"))
+    assert written.returncode == 0, written.stderr
+    ran(tmp_path / "home", 2.0, "gateway.port=0", stack=stack)
+    assert [mode for _, mode in entered(tmp_path / "home")] == ["to_navigate.brisk"]
