@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from regraft.bus_schema.encoding import codec
@@ -12,7 +13,6 @@ from regraft.bus_schema.messages.health import Diagnostic, Level, SensorHealth
 from regraft.bus_schema.messages.sensors import DepthImage, Image, LightLevel, Odometry
 from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.component.component import describe
-from regraft.planar import FloatArray
 from regraft.runtime.lifecycle.lifecycle import TransitionFailed
 from regraft.services.sensor_monitor import SensorMonitor
 from regraft.sim_service.camera_component import Camera
@@ -21,6 +21,8 @@ from regraft.testing import Rig
 from tests.support.worlds import FROG_WORLD
 
 from .rigs import run, set_parameters, world_on
+
+Depths = npt.NDArray[np.float32]
 
 
 @dataclass
@@ -111,25 +113,26 @@ def test_healthy_sensors_raise_no_alarm_standing_or_driving_in_light_or_dark(wat
 def test_a_depth_camera_is_watched_for_silence_repetition_and_blindness() -> None:
     noise = np.random.default_rng(1)
 
-    def send(rig: Rig, seconds: float, depths: Callable[[], FloatArray]) -> None:
+    def send(rig: Rig, seconds: float, depths: Callable[[], Depths]) -> None:
         for _ in range(round(seconds / 0.5)):
             rig.advance(0.5)
             image = DepthImage(rig.clock.now() / 1e9, "eye", "base_link", Pose(), 1.5, 0.3, 5.0, depths())
             rig.publish("depth", image)
 
-    def working() -> FloatArray:
+    def working() -> Depths:
         return noise.uniform(0.5, 4.0, (9, 16)).astype(np.float32)
 
     with Rig() as rig:
         rig.add(SensorMonitor, parameters={"expected": ["depth"]})
         health = rig.collect("sensor_health", SensorHealth)
-        for depths, fault in [
+        steps: list[tuple[Callable[[], Depths], list[str]]] = [
             (working, []),
             (lambda: np.full((9, 16), np.inf, np.float32), ["blind"]),
             (working, []),
             (lambda: np.ones((9, 16), np.float32), ["frozen"]),
             (lambda: np.where(working() > 1.5, -np.inf, 1.0).astype(np.float32), []),
-        ]:
+        ]
+        for depths, fault in steps:
             send(rig, 1.5 if fault == ["blind"] else 4.0, depths)
             assert [each.fault for each in health[-1].faults] == fault
         rig.advance(3.0)
