@@ -252,7 +252,7 @@ def test_a_hung_component_is_started_again_without_its_connection(pair: System) 
     pair.host.terminate = kill
     report = pair.adapt(OFF)
     assert report.outcome is Outcome.APPLIED, report
-    assert pair.host.processes["ear"].state is ProcessState.RUNNING
+    wait_until(lambda: pair.host.processes["ear"].state is ProcessState.RUNNING, "the next run")
     assert pair.view("ear").connections["heard"] is None
 
 
