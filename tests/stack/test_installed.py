@@ -58,7 +58,7 @@ def test_a_folder_that_is_there_goes_first(elsewhere: Path) -> None:
 @pytest.mark.usefixtures("elsewhere")
 def test_a_mistyped_name_is_told_with_the_one_that_is_meant_or_with_all() -> None:
     assert instead_of_stack(Path("robts")) == "; did you mean 'robots'?"
-    assert instead_of_stack(Path("xyz")) == "; installed stacks: demo_two_robots, frog, lost, robots"
+    assert instead_of_stack(Path("xyz")) == "; installed stacks: demo_two_robots, frog, lost, patrol, robots, suave"
     assert instead_of_stack(Path("a/xyz")) == ""
 
 
