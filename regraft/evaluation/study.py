@@ -28,6 +28,15 @@ def nothing(seed: int) -> Changes:
     return {}
 
 
+def joined(*changes: Changes) -> dict[str, Any]:
+    """Return several changes as one: maps are merged."""
+    found: dict[str, Any] = {}
+    for each in changes:
+        for key, value in each.items():
+            found[key] = joined(found[key], value) if key in found and isinstance(value, dict) else value
+    return found
+
+
 @dataclass(frozen=True, slots=True)
 class Configuration:
     """One way to run the study's stack; ``changes`` states for a seed what is different in the stack file.

@@ -1,4 +1,4 @@
-"""What goes wrong in a run is drawn from its seed, the same for all managers."""
+"""Contingencies of a run are drawn from its seed, the same for all managers."""
 
 from __future__ import annotations
 

@@ -80,9 +80,10 @@ class Person:
 
     def pose(self, travelled: float) -> Pose2D:
         """Return where somebody is who has walked so far (m), facing where they go."""
-        period = self.length if self.loop else 2.0 * self.length
+        length = self.length
+        period = length if self.loop else 2.0 * length
         since = travelled % period
-        going = since <= self.length
+        going = since <= length
         left = since if going else period - since
         for (x, y), (to_x, to_y) in self._legs(self.places()):
             stretch = math.dist((x, y), (to_x, to_y))

@@ -1,1 +1,1 @@
-"""What the patrol keeps over many seeds."""
+"""Promises of the patrol over many seeds."""

@@ -1,4 +1,4 @@
-"""What decides, acts, observes, localizes and drives is killed around switches: there is never half a realization."""
+"""Components of the patrol are killed around switches of the realization: it is never half in force."""
 
 from __future__ import annotations
 

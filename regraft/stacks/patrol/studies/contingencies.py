@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from random import Random
-from typing import Any, Final
+from typing import Final
 
 from regraft.evaluation.study import Changes
 
@@ -93,12 +93,6 @@ def contingencies(seed: int) -> Contingencies:
     drain = _spell(random, (60.0, 200.0), (20.0, 30.0))
     crowd = _spell(random, (20.0, 200.0), (40.0, 80.0))
     return Contingencies(laser, failure, camera, drain, crowd)
-
-
-def changes(seed: int) -> Changes:
-    """Return the contingencies of a run as what is different in the stack file."""
-    found: dict[str, Any] = dict(contingencies(seed).changes())
-    return found
 
 
 def _spell(random: Random, begins: tuple[float, float], lasts: tuple[float, float]) -> Spell:

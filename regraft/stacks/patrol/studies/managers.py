@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import yaml
 
-from regraft.evaluation.study import Changes, Configuration, Study
+from regraft.evaluation.study import Changes, Configuration, Study, joined
 from regraft.stacks.patrol.studies.contingencies import SECONDS, contingencies
 from regraft.stacks.patrol.studies.managers_report import report
 from regraft.stacks.patrol.studies.patrol_measures import CAMERA, COLUMNS, CROWD, LASER
@@ -36,16 +36,6 @@ ADDITIONS: Changes = {
         },
     },
 }
-
-
-def joined(*changes: Changes) -> dict[str, Any]:
-    """Return several changes as one: maps are merged."""
-    found: dict[str, Any] = {}
-    for each in changes:
-        for key, value in each.items():
-            before = found.get(key)
-            found[key] = joined(before, value) if isinstance(before, dict) and isinstance(value, dict) else value
-    return found
 
 
 def variant(name: str) -> Changes:

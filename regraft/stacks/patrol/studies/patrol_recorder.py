@@ -47,8 +47,8 @@ class PatrolRecorder(RowRecorder):
     far (m) the robot is from where it believes to be. ``safety``, ``performance`` and ``energy`` are
     computed from the truth by the formulas that the robot measures itself by. ``places`` counts the places reached.
     ``realization`` is the mode of the skill, ``max_velocity`` (m/s) how fast it may drive.
-    ``uses_laser`` and ``uses_camera`` are which sensor it drives by. ``changed_at`` is when (s) the last adaptation was
-    in effect. Each of ``spells`` has a column: whether that contingency lasts.
+    ``uses_laser`` and ``uses_camera`` are which sensor it drives by.
+    Each of ``spells`` has a column: whether that contingency lasts.
     """
 
     spells = Records(NamedSpell, "when what goes wrong: a column each")
@@ -71,7 +71,6 @@ class PatrolRecorder(RowRecorder):
         super().on_configure()
         self._places = self._applied = self._undone = 0
         self._last_place = ""
-        self._changed_at: float | None = None
         self._energy = self._power = 0.0
         self._way = RecentWay()
 
@@ -89,7 +88,6 @@ class PatrolRecorder(RowRecorder):
             **self._design(),
             "adaptations": self._applied,
             "taken_back": self._undone,
-            "changed_at": self._changed_at,
             **{spell.name: spell.begin <= now < spell.end for spell in self.spells},
         }
 
@@ -147,9 +145,7 @@ class PatrolRecorder(RowRecorder):
         for report in self.adaptations.take():
             if not report.request.changes:
                 continue
-            if report.outcome is Outcome.APPLIED:
-                self._applied += 1
-                self._changed_at = report.started
+            self._applied += report.outcome is Outcome.APPLIED
             self._undone += report.outcome is Outcome.ROLLED_BACK
 
     def _design(self) -> dict[str, Cell]:

@@ -9,8 +9,8 @@ from regraft.evaluation.reports.markdown import table
 from regraft.evaluation.reports.sections import Arms, arms_of, costs_line, head, measures_table
 from regraft.evaluation.rows import Rows
 from regraft.evaluation.statistics.samples import summary
-from regraft.evaluation.study import Changes, Configuration, Measure, Report, Results, Study
-from regraft.stacks.patrol.studies.managers import ADDITIONS, FOLDER, joined, variant
+from regraft.evaluation.study import Changes, Configuration, Measure, Report, Results, Study, joined
+from regraft.stacks.patrol.studies.managers import ADDITIONS, FOLDER, variant
 from regraft.stacks.patrol.studies.patrol_measures import places, worst_error
 
 SECONDS: Final = 150.0

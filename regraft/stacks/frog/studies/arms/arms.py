@@ -16,9 +16,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
-from regraft.evaluation.study import Changes, Configuration
+from regraft.evaluation.study import Changes, Configuration, joined
 from regraft.stacks.frog.studies.arms.scenarios import ALL, BLOCKED, ROOMS, SCENARIOS
 
 IN_ROOMS: Final = (ROOMS,)
@@ -50,15 +50,6 @@ def mission(name: str) -> Changes:
 def driving(velocity: float) -> Changes:
     """Return what has the robot begin with a maximum velocity (m/s)."""
     return {"components": {"navigator": {"parameters": {"max_velocity": velocity}}}}
-
-
-def joined(*changes: Changes) -> dict[str, Any]:
-    """Return several changes as one: maps are merged."""
-    found: dict[str, Any] = {}
-    for each in changes:
-        for key, value in each.items():
-            found[key] = joined(found[key], value) if key in found and isinstance(value, dict) else value
-    return found
 
 
 PLANNED: Final = "0.10, 0.17 or 0.26 m/s, and how to look"
