@@ -127,8 +127,10 @@ class Simulation:
             )
             for device in self._acting:
                 call(device, device.act)
-            for walker in self._walkers:
-                walker.move(self._data, steps * progress.timestep, self._robot_poses())
+            if self._walkers:
+                poses = self._robot_poses()
+                for walker in self._walkers:
+                    walker.move(self._data, steps * progress.timestep, poses)
             mujoco.mj_step(self._model, self._data, nstep=steps)
             progress.steps += steps
             remaining -= steps

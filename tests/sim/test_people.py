@@ -15,7 +15,7 @@ from regraft.planar import Pose2D
 from regraft.sim_service import survey
 from regraft.sim_service.cameras.camera import CameraSettings
 from regraft.sim_service.cameras.ray_camera import RayCamera
-from regraft.sim_service.layout.people import COURTESY, Person, Waypoint
+from regraft.sim_service.layout.people import COURTESY, Person, Way, Waypoint
 from regraft.sim_service.layout.placement import Placement
 from regraft.sim_service.layout.scene import SceneError
 from regraft.sim_service.simulation import Simulation, SimulationSettings
@@ -68,20 +68,20 @@ places = st.tuples(st.integers(-20, 20), st.integers(-20, 20)).map(lambda p: (p[
 
 
 @given(st.lists(places, min_size=2, max_size=6, unique=True), st.floats(0.0, 100.0), st.floats(0.0, 1.0), st.booleans())
-def test_a_walk_never_jumps(way: list[tuple[float, float]], travelled: float, step: float, loop: bool) -> None:
-    person = walk(*way, loop=loop)
-    one, other = person.pose(travelled), person.pose(travelled + step)
+def test_a_walk_never_jumps(at: list[tuple[float, float]], travelled: float, step: float, loop: bool) -> None:
+    way = Way(walk(*at, loop=loop))
+    one, other = way.pose(travelled), way.pose(travelled + step)
     assert math.hypot(one.x - other.x, one.y - other.y) <= step + 1e-6
 
 
 def test_a_loop_leads_from_its_last_place_straight_to_its_first_and_round_again() -> None:
-    person = walk((0.0, 0.0), (3.0, 0.0), (3.0, 4.0), loop=True)
-    assert person.length == 12.0
+    way = Way(walk((0.0, 0.0), (3.0, 0.0), (3.0, 4.0), loop=True))
+    assert way.length == 12.0
     for around in (0.0, 12.0, 1200.0):
-        back = person.pose(around + 9.5)
+        back = way.pose(around + 9.5)
         assert (back.x, back.y) == pytest.approx((1.5, 2.0))
         assert back.yaw == pytest.approx(math.atan2(-4.0, -3.0))
-        assert person.pose(around + 1.0) == Pose2D(1.0, 0.0, 0.0)
+        assert way.pose(around + 1.0) == Pose2D(1.0, 0.0, 0.0)
 
 
 def test_the_visitor_walks_to_and_fro_at_its_speed() -> None:

@@ -25,7 +25,7 @@ from regraft.sim_service.layout.scene import Scene
 
 JOINTS = ("x", "y", "yaw")
 COURTESY = 0.55
-"""m: people wait while their next step would bring them this near to a robot's middle."""
+"""m: by default, people wait while their next step would bring them this near to a robot's middle."""
 MAX_SPEED = 3.0
 ENTRY_STEP = 0.05
 """m between two places that are tried for somebody who enters."""
@@ -55,6 +55,8 @@ class Person:
     group: Annotated[str, Text(64)] = ""
     """The group with which they come and go; without one they are always present."""
     loop: bool = False
+    courtesy: Annotated[Metres, Bounds(0.0, 5.0)] = COURTESY
+    """They wait while their next step would bring them this near to a robot's middle."""
 
     def __post_init__(self) -> None:
         """Check the waypoints and the group; raises BadMessage."""
@@ -69,30 +71,51 @@ class Person:
         """Return the pairs of places between which the way is straight."""
         return pairwise((*places, places[0]) if self.loop else places)
 
-    def places(self) -> tuple[tuple[float, float], ...]:
-        """Return the waypoints as x and y."""
-        return tuple((at.x, at.y) for at in self.waypoints)
+    def legs(self) -> tuple[Leg, ...]:
+        """Return the straight parts of the way, in order."""
+        return tuple(Leg(a.x, a.y, b.x, b.y) for a, b in self._legs(self.waypoints))
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """A straight part of a way (m, map frame)."""
+
+    x: float
+    y: float
+    to_x: float
+    to_y: float
 
     @property
     def length(self) -> float:
+        """The length (m)."""
+        return math.dist((self.x, self.y), (self.to_x, self.to_y))
+
+
+class Way:
+    """The way of a person, with the lengths of its legs."""
+
+    def __init__(self, person: Person) -> None:
+        self._legs = [(leg, leg.length) for leg in person.legs()]
+        self.length = sum(length for _, length in self._legs)
         """The length (m) of the way to the last waypoint, or once around a loop."""
-        return sum(math.dist(a, b) for a, b in self._legs(self.places()))
+        self._period = self.length if person.loop else 2.0 * self.length
 
     def pose(self, travelled: float) -> Pose2D:
         """Return where somebody is who has walked so far (m), facing where they go."""
-        length = self.length
-        period = length if self.loop else 2.0 * length
-        since = travelled % period
-        going = since <= length
-        left = since if going else period - since
-        for (x, y), (to_x, to_y) in self._legs(self.places()):
-            stretch = math.dist((x, y), (to_x, to_y))
-            if left <= stretch:
-                break
-            left -= stretch
-        share = min(left / stretch, 1.0)
-        way_x, way_y = (to_x - x, to_y - y) if going else (x - to_x, y - to_y)
-        return Pose2D(x + share * (to_x - x), y + share * (to_y - y), math.atan2(way_y, way_x))
+        since = travelled % self._period
+        going = since <= self.length
+        leg, share = self._leg_at(since if going else self._period - since)
+        along_x, along_y = leg.to_x - leg.x, leg.to_y - leg.y
+        yaw = math.atan2(along_y, along_x) if going else math.atan2(leg.y - leg.to_y, leg.x - leg.to_x)
+        return Pose2D(leg.x + share * along_x, leg.y + share * along_y, yaw)
+
+    def _leg_at(self, left: float) -> tuple[Leg, float]:
+        """Return the leg on which a place is, some metres from the first waypoint, and which share of it lies behind."""
+        for leg, length in self._legs:
+            if left <= length:
+                return leg, left / length
+            left -= length
+        return self._legs[-1][0], 1.0
 
 
 class Walker:
@@ -106,6 +129,7 @@ class Walker:
         body = int(model.jnt_bodyid[joints[0]])
         self._origin = (float(model.body_pos[body][0]), float(model.body_pos[body][1]))
         self._walk = walk
+        self._way = Way(walk)
         self._travelled = 0.0
         self.is_present = not walk.group
         """Whether the person is to walk; somebody who is absent stands outside."""
@@ -132,47 +156,52 @@ class Walker:
     def move(self, data: mujoco.MjData, seconds: float, robots: Sequence[Pose2D]) -> None:
         """Walk on for some seconds, or wait for a robot to get out of the way; come in if that is to be."""
         if not self._is_inside:
-            self._come_in(robots)
-            self._put(data, 0.0)
+            if self.is_present:
+                self._come_in(robots)
+                self._put(data, 0.0)
             return
         following = self._travelled + self._walk.speed * seconds
-        distance = self._nearest(following, robots)
-        waits = distance < COURTESY and distance <= self._nearest(self._travelled, robots)
-        if not waits:
-            self._travelled = following
-        self._put(data, 0.0 if waits else self._walk.speed)
+        pose = self._way.pose(following)
+        distance = _nearest(pose, robots)
+        if distance < self._walk.courtesy and distance <= self._nearest(self._travelled, robots):
+            self._put(data, 0.0)
+            return
+        self._travelled = following
+        self._stand(data, pose, self._walk.speed)
 
     def _come_in(self, robots: Sequence[Pose2D]) -> None:
         """Enter where no robot is near; a person for whom there is no such place stays outside."""
-        if self.is_present:
-            entry = self._entry(robots)
-            if self._nearest(entry, robots) >= COURTESY:
-                self._is_inside, self._travelled = True, entry
+        entry = self._entry(robots)
+        if self._nearest(entry, robots) >= self._walk.courtesy:
+            self._is_inside, self._travelled = True, entry
 
     def _entry(self, robots: Sequence[Pose2D]) -> float:
         """Return how far (m) the first place is where no robot is near; the last place if there is none."""
         travelled = 0.0
-        while travelled < self._walk.length and self._nearest(travelled, robots) < COURTESY:
+        while travelled < self._way.length and self._nearest(travelled, robots) < self._walk.courtesy:
             travelled += ENTRY_STEP
         return travelled
 
     def _nearest(self, travelled: float, robots: Sequence[Pose2D]) -> float:
         """Return the distance (m) to the nearest robot from where the person is then."""
-        pose = self._walk.pose(travelled)
-        return min((math.dist(pose.position, robot.position) for robot in robots), default=math.inf)
+        return _nearest(self._way.pose(travelled), robots)
 
     def _put(self, data: mujoco.MjData, speed: float) -> None:
-        if not self._is_inside:
+        if self._is_inside:
+            self._stand(data, self._way.pose(self._travelled), speed)
+        else:
             self._set(data, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-            return
-        pose = self._walk.pose(self._travelled)
+
+    def _stand(self, data: mujoco.MjData, pose: Pose2D, speed: float) -> None:
+        """Be at a pose (map frame) and go forward at a speed (m/s)."""
         place = (pose.x - self._origin[0], pose.y - self._origin[1], pose.yaw)
         self._set(data, place, (speed * math.cos(pose.yaw), speed * math.sin(pose.yaw), 0.0))
 
     def _set(self, data: mujoco.MjData, place: Sequence[float], motion: Sequence[float]) -> None:
+        positions, velocities = data.qpos, data.qvel
         for position, velocity, value, rate in zip(self._positions, self._velocities, place, motion, strict=True):
-            data.qpos[position] = value
-            data.qvel[velocity] = rate
+            positions[position] = value
+            velocities[velocity] = rate
 
     def snapshot(self) -> dict[str, Any]:
         """Return how far the person has walked, and of somebody who comes and goes whether they are there."""
@@ -184,3 +213,8 @@ class Walker:
         self._travelled = float(snapshot["travelled"])
         if self.group:
             self.is_present, self._is_inside = bool(snapshot["present"]), bool(snapshot["inside"])
+
+
+def _nearest(pose: Pose2D, robots: Sequence[Pose2D]) -> float:
+    """Return the distance (m) from a pose to the nearest robot."""
+    return min((math.dist(pose.position, robot.position) for robot in robots), default=math.inf)
