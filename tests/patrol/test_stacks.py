@@ -8,6 +8,8 @@ import pytest
 
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.writing import generated
 from regraft.adaptation_manager.planners.metacontrol.skills.reading import checked_skills
+from regraft.evaluation.runs.run_directory import Plan, prepare
+from regraft.evaluation.study import Study
 from regraft.stack import load
 from regraft.stacks.patrol.studies import managers, qualities
 from regraft.stacks.patrol.studies.managers import variant
@@ -23,7 +25,17 @@ def test_every_stack_is_right_and_nobody_but_the_recorder_reads_the_truth(file: 
     architecture = load(file).architecture
     topics = [topic for topic in architecture.topics if topic.startswith(TRUTH)]
     readers = {component for topic in topics for component, _ in architecture.readers(topic)}
-    assert {architecture.components[name].cls.split(".")[1] for name in readers} == {"evaluation"}
+    assert readers
+    assert all(architecture.components[name].cls.endswith("Recorder") for name in readers)
+
+
+@pytest.mark.parametrize("study", [managers.STUDY, qualities.STUDY], ids=lambda study: study.name)
+def test_every_configuration_of_the_studies_makes_a_stack_that_is_right(tmp_path: Path, study: Study) -> None:
+    for each in study.configurations["measured"]:
+        changes = (study.additions, each.changes(7))
+        plan = Plan(study.name, "measured", each, 1, 7, study.seconds, study.stack, changes)
+        architecture = load(prepare(plan, tmp_path / each.key)).architecture
+        assert ("metacontrol" in architecture.components) == (each.name == "metacontrol")
 
 
 def test_the_generated_files_are_those_of_the_skills() -> None:

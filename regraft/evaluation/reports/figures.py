@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import importlib
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 NEEDS = "matplotlib is not installed ('pip install regraft[plots]'): there are no figures"
 COLOURS = ("#1f4e79", "#d1495b", "#4c9f70", "#8a6d1d", "#7b4ea3", "#3a8fb7", "#b5651d", "#6b6b6b")
 """One for each configuration; they differ in lightness too."""
+
+Draw = Callable[[Any], Any]
+"""Draws a figure with pyplot, which it is given, and returns it."""
 
 
 def pyplot() -> Any:
@@ -21,7 +24,7 @@ def pyplot() -> Any:
         return None
 
 
-def drawn(draw: Callable[[Any], Any]) -> bytes | None:
+def drawn(draw: Draw) -> bytes | None:
     """Return the figure that ``draw(pyplot)`` returns as PNG; None without matplotlib."""
     plot = pyplot()
     if plot is None:
@@ -33,3 +36,10 @@ def drawn(draw: Callable[[Any], Any]) -> bytes | None:
         return content.getvalue()
     finally:
         plot.close(figure)
+
+
+def illustrated(figures: Mapping[str, Draw]) -> tuple[dict[str, bytes], list[str]]:
+    """Return the figures as PNG by file name, and the paragraphs that show them; what is missing without matplotlib."""
+    pictures = {name: content for name, draw in figures.items() if (content := drawn(draw)) is not None}
+    shown = [f"![{name.removesuffix('.png').replace('_', ' ')}]({name})\n" for name in pictures]
+    return pictures, shown if pictures or not figures else [f"{NEEDS}.\n"]

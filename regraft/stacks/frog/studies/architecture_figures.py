@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from regraft.evaluation.reports.figures import COLOURS
+from regraft.evaluation.reports.figures import COLOURS, Draw
 from regraft.evaluation.reports.sections import Arms
 from regraft.evaluation.rows import TIME, Rows
 from regraft.evaluation.study import Measure, RunRecord
 from regraft.stacks.frog.studies import rounds_measures as measures
 from regraft.stacks.frog.studies.rounds_recorder import REQUIREMENTS
 
-Draw = Callable[[Any], Any]
 SMOOTHED_OVER = 15
 """s over which the share of satisfied runs is averaged."""
 
@@ -82,8 +81,6 @@ def _satisfaction(arms: Arms, keys: Sequence[str], plot: Any) -> Any:
 
 def satisfied_over_time(runs: Sequence[Rows], requirement: str) -> tuple[list[float], list[float]]:
     """Return the times (s), and the share of the runs with a satisfied requirement among those with a known one.
-
-
 
     The share is a mean over the seconds around; it is NaN where nothing was known.
     """

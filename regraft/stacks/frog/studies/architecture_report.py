@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from regraft.evaluation.reports.figures import NEEDS, drawn
+from regraft.evaluation.reports.figures import illustrated
 from regraft.evaluation.reports.markdown import UNKNOWN, mean_and_sd, number, p_value, table
 from regraft.evaluation.reports.sections import (
     Arms,
@@ -39,11 +39,8 @@ def report(results: Results) -> Report:
     parts += body if arms.runs else ["No run is finished.\n"]
     if arms.runs:
         parts += [_satisfaction(arms), _adaptation(arms, results)]
-    pictures = {name: content for name, draw in figures(arms).items() if (content := drawn(draw)) is not None}
-    parts += [f"![{name.removesuffix('.png').replace('_', ' ')}]({name})\n" for name in pictures]
-    if arms.runs and not pictures:
-        parts.append(f"{NEEDS}.\n")
-    return Report("\n".join(parts), pictures)
+    pictures, shown = illustrated(figures(arms))
+    return Report("\n".join([*parts, *shown]), pictures)
 
 
 # --- published ---

@@ -14,32 +14,12 @@ from regraft.stacks.patrol.studies.managers_report import report
 from regraft.stacks.patrol.studies.patrol_measures import CAMERA, COLUMNS, CROWD, LASER
 
 FOLDER: Final = Path(__file__).parents[1]
-RECORDER: Final = "regraft.stacks.patrol.studies.patrol_recorder:PatrolRecorder"
-ADDITIONS: Changes = {
-    "robot": {
-        "devices": {
-            "true_scan": {  # a lidar that never fails, for the record alone
-                "class": "regraft.sim_service.devices.lidar:Lidar",
-                "parameters": {"range_min": "$range_min", "range_max": "$range_max", "noise": 0.0},
-                "connect": {"scan": "truth/scan"},
-            }
-        },
-    },
-    "topics": {"truth/scan": {"type": "regraft/LaserScan", "rate": 5}},
-    "components": {
-        "camera": {"parameters": {"renderer": "ray"}},  # draws alike on every machine
-        "gateway": {"parameters": {"port": 0}},
-        "rows": {
-            "class": RECORDER,
-            "parameters": {"file": "$RUN/rows.csv"},
-            "connect": {"true_scan": "truth/scan"},
-        },
-    },
-}
+RECORDED: Final = FOLDER / "recorded.yaml"
+"""The stack that studies run."""
 
 
 def variant(name: str) -> Changes:
-    """Return what a stack file of this folder has different from ``stack.yaml``, with the files that it includes."""
+    """Return what a stack file of this folder, with what it includes, has different from ``stack.yaml``."""
     document = yaml.safe_load((FOLDER / name).read_text(encoding="utf-8"))
     included = [variant(file) for file in document.pop("include") if file != "stack.yaml"]
     return joined(*included, document)
@@ -65,7 +45,7 @@ def _arm(name: str, text: str, file: str = "") -> Configuration:
 STUDY = Study(
     "patrol-managers",
     "Which manager keeps a patrol going when things go wrong?",
-    FOLDER / "stack.yaml",
+    RECORDED,
     {
         "measured": (
             _arm("metacontrol", "the metacontroller, by the skills with their measured qualities"),
@@ -76,7 +56,6 @@ STUDY = Study(
         )
     },
     report,
-    ADDITIONS,
     seconds=SECONDS,
     runs=20,
     measures={"measured": COLUMNS},

@@ -8,10 +8,12 @@ from typing import Final
 import numpy as np
 
 from regraft.evaluation.reactions import NONE, Reactions
+from regraft.evaluation.reports.figures import illustrated
 from regraft.evaluation.reports.markdown import UNKNOWN, table
 from regraft.evaluation.reports.sections import Arms, adaptations_table, arms_of, costs_line, head, measures_table
 from regraft.evaluation.rows import Rows
 from regraft.evaluation.study import Report, Results
+from regraft.stacks.patrol.studies.managers_figures import figures
 from regraft.stacks.patrol.studies.patrol_measures import COLUMNS, to_crowd, to_laser, to_low_battery
 
 KINDS: Final[dict[str, Callable[[Rows], Reactions]]] = {
@@ -27,6 +29,7 @@ def report(results: Results) -> Report:
     parts = [head("Which manager keeps a patrol going?", results)]
     if not arms.runs:
         return Report("\n".join([*parts, "No run is finished.\n"]))
+    pictures, shown = illustrated(figures(arms))
     parts += [
         measures_table(arms, COLUMNS),
         "## Designs\n",
@@ -36,8 +39,9 @@ def report(results: Results) -> Report:
         "## Adaptations\n",
         adaptations_table(arms),
         costs_line(results),
+        *shown,
     ]
-    return Report("\n".join(parts))
+    return Report("\n".join(parts), pictures)
 
 
 def _designs(arms: Arms) -> str:

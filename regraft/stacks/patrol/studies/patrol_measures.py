@@ -21,7 +21,7 @@ THRIFTY: Final = 0.8
 LOW: Final = 0.5
 """The charge below which the battery is low."""
 LASER, CAMERA, CROWD = "laser_fails", "camera_fails", "crowded"
-SLOW: Final = 0.15
+SLOW: Final = 0.25
 """m/s: realizations that are safe and thrifty drive slower."""
 
 

@@ -27,6 +27,8 @@ LARGEST_POWER: Final = 25.0
 """W: the power that the quality energy is a share of, as in patrol.skills."""
 AT_PLACE: Final = 0.4
 """m, from the pose in front of a place: the controller's tolerance, the localization's 0.3 m left out."""
+EVERY_BEAM: Final = 5
+"""Of the true scan, one in so many ranges is written down."""
 STANDING: Final = 0.03
 """m/s and rad/s: slower is standing."""
 
@@ -48,6 +50,7 @@ class PatrolRecorder(RowRecorder):
     computed from the truth by the formulas that the robot measures itself by. ``places`` counts the places reached.
     ``realization`` is the mode of the skill, ``max_velocity`` (m/s) how fast it may drive.
     ``uses_laser`` and ``uses_camera`` are which sensor it drives by.
+    ``true_ranges`` are ranges of that lidar, see `ranges_of`.
     Each of ``spells`` has a column: whether that contingency lasts.
     """
 
@@ -102,6 +105,7 @@ class PatrolRecorder(RowRecorder):
         return {
             "x": last.pose.x if last else None,
             "y": last.pose.y if last else None,
+            "yaw": last.pose.yaw if last else None,
             "error": self._error(last) if last else None,
             "speed": float(np.mean([abs(truth.twist.forward) for truth in truths])) if truths else None,
             "gap": gap,
@@ -110,7 +114,14 @@ class PatrolRecorder(RowRecorder):
             "contacts": last.contacts if last else None,
             "places": self._places,
             "last_place": self._last_place,
+            "true_ranges": self._true_ranges() if last else "",
         }
+
+    def _true_ranges(self) -> str:
+        scan = self.true_scan.latest
+        if scan is None:
+            return ""
+        return " ".join(f"{distance:.2f}" for distance in scan.ranges[::EVERY_BEAM])
 
     def _gap(self) -> float | None:
         scan = self.true_scan.latest
@@ -161,3 +172,12 @@ class PatrolRecorder(RowRecorder):
             "uses_laser": "laser_resender" in parts and parts["laser_resender"].state is State.ACTIVE,
             "uses_camera": "camera" in parts and parts["camera"].state is State.ACTIVE,
         }
+
+
+def ranges_of(cell: str) -> list[float]:
+    """Return the ranges (m) of a cell of ``true_ranges``, counter-clockwise from straight ahead; inf for no echo.
+
+    >>> ranges_of("1.25 inf")
+    [1.25, inf]
+    """
+    return [float(distance) for distance in cell.split()]

@@ -10,7 +10,7 @@ from regraft.evaluation.reports.sections import Arms, arms_of, costs_line, head,
 from regraft.evaluation.rows import Rows
 from regraft.evaluation.statistics.samples import summary
 from regraft.evaluation.study import Changes, Configuration, Measure, Report, Results, Study, joined
-from regraft.stacks.patrol.studies.managers import ADDITIONS, FOLDER, variant
+from regraft.stacks.patrol.studies.managers import RECORDED, variant
 from regraft.stacks.patrol.studies.patrol_measures import places, worst_error
 
 SECONDS: Final = 150.0
@@ -82,10 +82,9 @@ def _configuration(realization: str) -> Configuration:
 STUDY = Study(
     "patrol-qualities",
     "Which qualities do the realizations of a patrol really have?",
-    FOLDER / "stack.yaml",
+    RECORDED,
     {"measured": tuple(_configuration(name) for name in PUBLISHED)},
     report,
-    ADDITIONS,
     seconds=SECONDS,
     runs=10,
     measures={"measured": COLUMNS},
