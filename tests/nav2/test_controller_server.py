@@ -88,7 +88,7 @@ def test_the_tracking_error_is_positive_left_of_the_path_and_for_a_heading_to_it
     goal = follow(bench, 3.4, 2.0)
     bench.run(1.0)
     bench.stage.robot.pose = Pose2D(bench.pose.x, 2.2, -0.3)
-    bench.run(0.2)
+    bench.run(0.3)
     assert goal.feedback is not None
     assert goal.feedback.position_tracking_error == pytest.approx(0.2, abs=0.05)
     assert goal.feedback.heading_tracking_error == pytest.approx(0.3, abs=0.2)
@@ -277,7 +277,7 @@ def test_a_motion_that_takes_too_long_fails(bench: Bench, action: str, goal: obj
     done = move(bench, action, goal)
     assert done.error_code == code
     assert "within 1 s" in done.error_msg
-    bench.run(0.2)
+    bench.run(0.3)
     assert (bench.stage.robot.twist.v, bench.stage.robot.twist.w) == (0.0, 0.0)
 
 
@@ -315,7 +315,7 @@ def test_a_motion_can_be_cancelled_by_anybody(bench: Bench, action: str, goal: o
     done = bench.finish(given, within=1.0)
     assert done.cancelled
     assert done.error_code == 0
-    bench.run(0.2)
+    bench.run(0.3)
     assert (bench.stage.robot.twist.v, bench.stage.robot.twist.w) == (0.0, 0.0)
     assert bench.rig.call(f"{action}/cancel", CancelGoals(), GoalsCancelled).count == 0
 

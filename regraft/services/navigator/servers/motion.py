@@ -19,7 +19,7 @@ class Ended:
 
 
 class Motion(Protocol):
-    """Decides twenty times a second what the robot does, until it has `ended`."""
+    """Decides at each step of the server what the robot does, until it has `ended`."""
 
     ended: Ended | None
 

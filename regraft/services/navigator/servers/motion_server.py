@@ -17,7 +17,6 @@ from regraft.services.navigator.servers.map_user import LOOK_INTERVAL, MapUser
 from regraft.services.navigator.servers.motion import Ended, Motion
 
 FEEDBACK_INTERVAL = 0.2
-PERIOD = 0.05
 
 M = TypeVar("M", bound=Motion)
 
@@ -34,6 +33,9 @@ class MotionServer(MapUser):
         from_robot="max_velocity",
     )
     max_turn_rate = Parameter(1.0, "how fast the robot may turn", minimum=0.05, unit="rad/s", limit="turn_rate_limit")
+    controller_frequency = Parameter(
+        20.0, "how often the robot is told how to move", minimum=1.0, maximum=100.0, unit="Hz", read_only=True
+    )
     blind = Parameter(10.0, "for how long odometry or scans may be missing", minimum=0.5, unit="s")
     scan_timeout = Parameter(
         SILENT_TIMEOUT, "how old the last scan may be until the robot stops", minimum=0.1, maximum=60.0, unit="s"
@@ -59,7 +61,7 @@ class MotionServer(MapUser):
         self._told = Twist2D()
         self._moving = False
 
-    @every(hz=20.0)
+    @every(hz=controller_frequency)
     def drive(self) -> None:
         """Command what the motion asks for now; stop once when there is none."""
         self._look()
@@ -68,12 +70,13 @@ class MotionServer(MapUser):
             self._stop()
             return
         time, limits, seen = self.kit.now(), self._limits(), self._surroundings
+        period = 1.0 / self.controller_frequency
         fault = seen.fault(time, self._began, self.scan_timeout)
         if fault:
             motion.blind(time, fault)
-            twist = limits.approach(self._told, Twist2D(), PERIOD)
+            twist = limits.approach(self._told, Twist2D(), period)
         else:
-            twist = motion.step(time, Situation(seen.pose, seen.twist, seen.sight.obstacles, limits, PERIOD))
+            twist = motion.step(time, Situation(seen.pose, seen.twist, seen.sight.obstacles, limits, period))
         if _has_ended(motion):
             self._stop()
         else:
