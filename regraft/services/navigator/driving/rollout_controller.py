@@ -21,6 +21,7 @@ SHORTEST = 0.005  # m: the length of a forecast for a robot that is hardly allow
 NEAREST_TARGET = 0.2
 SIDEWAYS = 0.4
 ROOMY = 0.10  # m beyond the margin to drive at full speed
+SLACK = 0.01  # m, far more than single precision rounds
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +58,9 @@ class RolloutController:
         doing, greatest = self.manoeuvres, now.limits.max_velocity
         tried = forecast(candidates(now.limits), now.twist, now.limits, doing.horizon, doing.step)
         points = doing.near(now, doing.horizon * greatest + self.weights.close)
-        clearances = tried.clearances(doing.footprint, points)
+        # Room beyond these clearances makes no difference. Rounding must not either, so a little more is looked at.
+        matters = max(self.weights.close, doing.margin + ROOMY) + SLACK
+        clearances = tried.clearances(doing.footprint, tried.passed(points, doing.footprint.circumradius + matters))
         nearest = clearances.min(axis=1)
         # Slow down where it is tight, not only where a collision is near; but not long before, or the robot
         # would rather creep straight on than steer around something.

@@ -30,6 +30,17 @@ class Rollouts:
     y: FloatArray
     yaw: FloatArray
 
+    def passed(self, points: FloatArray, reach: float) -> FloatArray:
+        """Return those of (M, 2) base-frame points that may lie within `reach` (m) of the axle's middle at some pose."""
+        if not self.x.size or len(points) < 2:
+            return points
+        px, py = points[:, 0], points[:, 1]
+        inside = (px >= self.x.min() - reach) & (px <= self.x.max() + reach)
+        inside &= (py >= self.y.min() - reach) & (py <= self.y.max() + reach)
+        kept: FloatArray = points[inside]
+        # The product with a single column is rounded differently: clearances must not depend on what is left out.
+        return points if len(kept) == 1 else kept
+
     def clearances(self, footprint: Footprint, points: FloatArray) -> FloatArray:
         """Return (N, T) distances (m) from the outline to the nearest of (M, 2) base-frame points."""
         if not len(points):
