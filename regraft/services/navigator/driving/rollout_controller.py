@@ -7,6 +7,7 @@ period can reach: the forecasts accelerate towards them.
 
 import math
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
@@ -76,8 +77,7 @@ class RolloutController:
     def _costs(self, now: Situation, tried: Rollouts, nearest: FloatArray, ahead: FloatArray) -> FloatArray:
         length = max(self.manoeuvres.horizon * now.limits.max_velocity, SHORTEST)
         aim = max(length, NEAREST_TARGET)
-        distances = np.append(np.linspace(0.0, 1.25 * aim, 26), [aim, aim + AIM])
-        line = points_along(ahead, distances)
+        line = points_along(ahead, _looked_at(aim))
         target, beyond = line[-2], line[-1]
         # Being next to the target matters less than being short of it. Otherwise the robot prefers a stop before an
         # obstacle to a way around it.
@@ -87,14 +87,15 @@ class RolloutController:
         beside = SIDEWAYS * (miss_y * direction[0] - miss_x * direction[1])
         short = np.hypot(along, beside)
         some = slice(1, None, 3)
-        off_x, off_y = tried.x[:, some, None] - line[:26, 0], tried.y[:, some, None] - line[:26, 1]
-        off_path = np.sqrt((off_x * off_x + off_y * off_y).min(axis=-1))
-        way = beyond - np.stack([tried.x[:, -1], tried.y[:, -1]], axis=1)
-        misdirected = np.abs(
-            np.remainder(np.arctan2(way[:, 1], way[:, 0]) - tried.yaw[:, -1] + math.pi, math.tau) - math.pi
-        )
+        squares, off_y = tried.x[:, some, None] - line[:26, 0], tried.y[:, some, None] - line[:26, 1]
+        squares *= squares
+        off_y *= off_y
+        squares += off_y
+        off_path = np.sqrt(squares.min(axis=-1))
+        way_x, way_y = beyond[0] - tried.x[:, -1], beyond[1] - tried.y[:, -1]
+        misdirected = np.abs(np.remainder(np.arctan2(way_y, way_x) - tried.yaw[:, -1] + math.pi, math.tau) - math.pi)
         # A direction means little once its target is near.
-        misdirected *= np.minimum(np.hypot(way[:, 0], way[:, 1]) / AIM, 1.0)
+        misdirected *= np.minimum(np.hypot(way_x, way_y) / AIM, 1.0)
         weights = self.weights
         costs: FloatArray = (
             (short + weights.off_path * off_path.mean(axis=1)) / length
@@ -103,3 +104,9 @@ class RolloutController:
             + weights.unsteadiness * np.abs(tried.w - now.twist.w)
         )
         return costs
+
+
+@lru_cache(maxsize=8)
+def _looked_at(aim: float) -> FloatArray:
+    """Return how far (m) along the path the points are that forecasts with a target at `aim` (m) are compared with."""
+    return np.append(np.linspace(0.0, 1.25 * aim, 26), [aim, aim + AIM])

@@ -104,5 +104,6 @@ def nearby(points: FloatArray, reach: float) -> FloatArray:
 def _ramp(start: float, targets: FloatArray, rate: float, times: FloatArray) -> FloatArray:
     """Return (N, T) values that move from `start` towards (N,) targets by at most `rate` per second."""
     change = targets[:, None] - start
-    ramp: FloatArray = start + np.clip(change, -rate * times, rate * times)
+    most = rate * times
+    ramp: FloatArray = start + np.minimum(np.maximum(change, -most), most)
     return ramp
