@@ -31,7 +31,7 @@ class Rollouts:
     yaw: FloatArray
 
     def passed(self, points: FloatArray, reach: float) -> FloatArray:
-        """Return those of (M, 2) base-frame points that may lie within `reach` (m) of the axle's middle at some pose."""
+        """Return those of (M, 2) base-frame points that may be within `reach` (m) of the axle's middle at some pose."""
         if not self.x.size or len(points) < 2:
             return points
         px, py = points[:, 0], points[:, 1]
