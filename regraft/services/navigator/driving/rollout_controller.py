@@ -108,5 +108,5 @@ class RolloutController:
 
 @lru_cache(maxsize=8)
 def _looked_at(aim: float) -> FloatArray:
-    """Return how far (m) along the path the points are that forecasts with a target at `aim` (m) are compared with."""
+    """Return where along the path (m) forecasts with a target at `aim` (m) are compared with it."""
     return np.append(np.linspace(0.0, 1.25 * aim, 26), [aim, aim + AIM])
