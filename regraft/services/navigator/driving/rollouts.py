@@ -78,10 +78,10 @@ def forecast(
     middle = np.arange(step / 2, horizon, step, dtype=np.float64)
     reached_v = _ramp(current.v, v, limits.acceleration, middle)
     reached_w = _ramp(current.w, w, limits.turn_acceleration, middle)
-    yaw = np.cumsum(reached_w, axis=1) * step
+    yaw = reached_w.cumsum(axis=1) * step
     heading = yaw - reached_w * (step / 2)
-    x = np.cumsum(reached_v * np.cos(heading), axis=1) * step
-    y = np.cumsum(reached_v * np.sin(heading), axis=1) * step
+    x = (reached_v * np.cos(heading)).cumsum(axis=1) * step
+    y = (reached_v * np.sin(heading)).cumsum(axis=1) * step
     return Rollouts(v, w, x, y, yaw)
 
 
