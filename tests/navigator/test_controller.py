@@ -11,6 +11,7 @@ from regraft.planar import FloatArray, Pose2D, Twist2D
 from regraft.services.navigator.driving.local_controller import Manoeuvres, Situation
 from regraft.services.navigator.driving.robot import Footprint, Limits
 from regraft.services.navigator.driving.rollout_controller import RolloutController
+from regraft.services.navigator.driving.rollouts import candidates, forecast
 
 from .world import Box, Robot
 
@@ -174,6 +175,25 @@ def test_distance_to_a_disc_is_that_to_its_middle_less_its_radius(x: float, y: f
     disc = Footprint.disc(radius)
     assert disc.circumradius == pytest.approx(radius)
     assert disc.nearest(np.array([x]), np.array([y])) == pytest.approx(math.hypot(x, y) - radius, abs=1e-9)
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    seed=st.integers(0, 10_000),
+    count=st.integers(0, 80),
+    v=st.floats(-0.1, 0.26),
+    w=st.floats(-1.0, 1.0),
+    reach=st.floats(0.0, 0.5),
+    outline=st.sampled_from([Footprint(), Footprint.disc(0.25), Footprint(0.1, 0.25, 0.18, 0.05)]),
+)
+def test_points_that_no_rollout_passes_change_no_clearance_within_reach(
+    seed: int, count: int, v: float, w: float, reach: float, outline: Footprint
+) -> None:
+    points = np.random.default_rng(seed).uniform(-1.5, 1.5, (count, 2))
+    tried = forecast(candidates(Limits()), Twist2D(v, w), Limits(), 1.5, 0.15)
+    every = tried.clearances(outline, points)
+    passed = tried.clearances(outline, tried.passed(points, outline.circumradius + reach + 0.01))
+    assert np.array_equal(np.minimum(every, reach), np.minimum(passed, reach))
 
 
 def test_corners_that_do_not_fit_into_an_outline_are_refused() -> None:

@@ -64,6 +64,12 @@ class MapLocalizer(Component):
         unit="s",
     )
 
+    keep_surfaces = Parameter(
+        False,
+        "whether the map's surfaces are found once for a large part of it, not again for each place",
+        read_only=True,
+    )
+
     velocity_limit = robot_parameters.velocity_limit()
     turn_rate_limit = robot_parameters.turn_rate_limit()
 
@@ -92,7 +98,7 @@ class MapLocalizer(Component):
 
     def on_configure(self) -> None:
         """Begin without a map."""
-        localizer = MatchingLocalizer()
+        localizer = MatchingLocalizer(self.keep_surfaces)
         localizer.limits = self._limits()
         log = OdometryLog(self.velocity_limit, self.turn_rate_limit)
         self.mapping = Mapping(GridSettings(self.resolution, self.resolution, self.largest), localizer, log)

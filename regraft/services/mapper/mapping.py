@@ -61,6 +61,8 @@ class Mapping:
         self.frozen = False
         self._settings = settings
         self._grid: Grid | None = None
+        # The grid's snapshot, None from each change of the grid on: it is compressed, which takes long.
+        self._grid_state: PlainValue = None
         self._correction = Pose2D()
         self._odometry = log or OdometryLog()
         self._waiting: Scan | None = None
@@ -94,7 +96,7 @@ class Mapping:
             self._correction = self._correction.compose(jump.before).compose(jump.after.inverse())
             self._waiting = None
         if self._grid is None:
-            self._grid = Grid(self._settings.resolution, (pose.x, pose.y), self._settings.size, self._settings.largest)
+            self._use(Grid(self._settings.resolution, (pose.x, pose.y), self._settings.size, self._settings.largest))
         waiting = self._waiting
         if waiting and stamp >= waiting.stamp:
             self._waiting = None
@@ -132,7 +134,11 @@ class Mapping:
         if self.updating and self._is_news(scan.stamp, fix.pose):
             self._inserted = (scan.stamp, fix.pose)
             self.fits = insert(self._grid, fix.pose, scan)
+            self._grid_state = None
         return True
+
+    def _use(self, grid: Grid) -> None:
+        self._grid, self._grid_state = grid, None
 
     def _repeats(self, scan: Scan, odometry: Pose2D) -> bool:
         """Return whether a scan is the same as the previous one: it has no information, and is wrong if the robot
@@ -189,7 +195,8 @@ class Mapping:
             )
         grid = Grid(wanted, (filed.x, filed.y), wanted, self._settings.largest)
         grid.fill(filed.cells, filed.x, filed.y)
-        self._grid, self._inserted, self.fits = grid, None, True
+        self._use(grid)
+        self._inserted, self.fits = None, True
         self._ratios.clear()
         self.drift.forget()
         self.localizer.forget()
@@ -198,8 +205,10 @@ class Mapping:
         """Return the map, the correction and the newest odometry."""
         newest = self._odometry.newest
         correction = self._correction
+        if self._grid_state is None and self._grid is not None:
+            self._grid_state = self._grid.snapshot()
         return {
-            "grid": self._grid.snapshot() if self._grid else None,
+            "grid": self._grid_state,
             "correction": [correction.x, correction.y, correction.yaw],
             "odometry": [newest[0], newest[1].x, newest[1].y, newest[1].yaw] if newest else None,
         }
@@ -213,7 +222,7 @@ class Mapping:
         if state["grid"] is not None:
             grid = Grid(self._settings.resolution, (0.0, 0.0), self._settings.resolution, self._settings.largest)
             grid.restore(state["grid"])
-            self._grid = grid
+            self._use(grid)
         self._correction = Pose2D(*map(float, state["correction"]))
         self._odometry.clear()
         if state["odometry"] is not None:

@@ -61,12 +61,16 @@ class Window:
 
     def surface_cells(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Return rows and columns of the occupied cells in which a surface lies, in the order of `surface`."""
-        rows, columns = np.nonzero((self.cells >= OCCUPIED) & (self.echoes[..., 2] > 0))
-        return rows, columns
+        rows, columns = np.nonzero(self.cells >= OCCUPIED)
+        echoed = self.echoes[rows, columns, 2] > 0
+        return rows[echoed], columns[echoed]
 
-    def surface(self) -> FloatArray:
-        """Return where (n, 2; m) the surfaces lie in the occupied cells: the means of their echoes."""
-        rows, columns = self.surface_cells()
+    def surface(self, cells: tuple[NDArray[np.intp], NDArray[np.intp]] | None = None) -> FloatArray:
+        """Return where (n, 2; m) the surfaces lie in the occupied cells: the means of their echoes.
+
+        ``cells`` are the `surface_cells`, if they are known.
+        """
+        rows, columns = self.surface_cells() if cells is None else cells
         sums = self.echoes[rows, columns].astype(np.float64)
         within = (sums[:, :2] / sums[:, 2:] + 0.5) / FINE
         return np.column_stack([columns, rows]) * self.resolution + within * self.resolution + (self.x, self.y)

@@ -26,6 +26,8 @@ YOUNG = 20
 """... but for the first so many scans, in which the map becomes dense."""
 SURFACE_BEYOND = 0.5
 """m beyond the lidar's reach in which surfaces are looked for: the robot continues while they are used."""
+KEPT_BEYOND = 20.0
+"""m beyond the lidar's reach in which surfaces are looked for that are kept."""
 LOST_TIMEOUT = 5
 """Misfits in a row after which the robot is lost."""
 
@@ -89,13 +91,20 @@ class TrustingLocalizer:
 class MatchingLocalizer:
     """Matches every scan with the map; searches nearby when that fails."""
 
-    def __init__(self) -> None:
+    def __init__(self, keeps_surfaces: bool = False) -> None:
+        """Begin without a map.
+
+        ``keeps_surfaces`` finds the surfaces once, of a large part of the map, for the map must not change until
+        `forget`.
+        """
         self.limits = Limits()
+        self._keeps_surfaces = keeps_surfaces
         self.forget()
 
     def forget(self) -> None:
         """Begin again: the map is another one."""
         self._surface: Surface | None = None
+        self._found_at, self._reach = Pose2D(), 0.0
         self._age = 0
         self._scans = 0
         self._misfits = 0
@@ -118,7 +127,7 @@ class MatchingLocalizer:
         if self._is_believed(found, guess):
             self._misfits = 0
             return Fix(found.pose, True, found)
-        elsewhere = None if self.lost else search_near(surface, echoes, guess, NEAR, NEAR_TURN)
+        elsewhere = None if self.lost else self._search(surface, grid, scan, guess)
         if elsewhere and elsewhere.inliers >= MIN_EXPECTED and elsewhere.ratio >= CERTAIN:
             self._misfits = 0
             return Fix(elsewhere.pose, True, elsewhere)
@@ -130,12 +139,24 @@ class MatchingLocalizer:
         turned = abs(wrap_angle(found.pose.yaw - guess.yaw)) <= self.limits.turn
         return near and turned and found.inliers >= MIN_EXPECTED and found.ratio >= self.limits.ratio
 
+    def _search(self, surface: Surface, grid: Grid, scan: Scan, guess: Pose2D) -> Match | None:
+        window = surface.window
+        if self._keeps_surfaces:
+            window = grid.window(guess.x, guess.y, scan.range_max + SURFACE_BEYOND)
+        return search_near(surface, window, scan.points(), guess, NEAR, NEAR_TURN)
+
     def _surface_around(self, grid: Grid, scan: Scan, guess: Pose2D) -> Surface:
         self._age += 1
         self._scans += 1
         surface = self._surface
-        if surface is None or self._age >= SURFACE_FOR or self._scans <= YOUNG or self._misfits:
-            window = grid.window(guess.x, guess.y, scan.range_max + SURFACE_BEYOND)
-            surface = self._surface = Surface.of(window)
-            self._age = 0
+        if surface is None or self._is_outdated(scan, guess):
+            self._reach = scan.range_max + (KEPT_BEYOND if self._keeps_surfaces else SURFACE_BEYOND)
+            surface = self._surface = Surface.of(grid.window(guess.x, guess.y, self._reach))
+            self._age, self._found_at = 0, guess
         return surface
+
+    def _is_outdated(self, scan: Scan, guess: Pose2D) -> bool:
+        if self._keeps_surfaces:
+            moved = max(abs(guess.x - self._found_at.x), abs(guess.y - self._found_at.y))
+            return moved + scan.range_max + SURFACE_BEYOND > self._reach
+        return self._age >= SURFACE_FOR or self._scans <= YOUNG or self._misfits > 0

@@ -28,14 +28,17 @@ UNLIKE = 0.04
 """Share of the echoes by which the best place must fit better than any other: rooms are often nearly symmetric."""
 
 
-def search_near(surface: Surface, echoes: FloatArray, guess: Pose2D, reach: float, turn: float) -> Match | None:
+def search_near(
+    surface: Surface, window: Window, echoes: FloatArray, guess: Pose2D, reach: float, turn: float
+) -> Match | None:
     """Return the best match within ``reach`` (m, each axis) and ``turn`` (rad) of a guess, None without a map.
 
-    Where the echoes do not constrain it, it is as far as the guess.
+    ``window`` is the part of the map around the guess. Where the echoes do not constrain the match, it is as far as
+    the guess.
     """
     if not len(echoes) or not len(surface.points):
         return None
-    field = Field.of(surface.window, NEAR_BLUR)
+    field = Field.of(window, NEAR_BLUR)
     count = max(1, round(reach / field.resolution))
     x, y = np.meshgrid(*(centre + np.linspace(-reach, reach, 2 * count + 1) for centre in (guess.x, guess.y)))
     half = max(1, round(turn / NEAR_TURN_STEP))

@@ -36,9 +36,10 @@ class Surface:
     @classmethod
     def of(cls, window: Window) -> Surface:
         """Find the surfaces in a part of a map."""
-        points = window.surface()
+        cells = window.surface_cells()
+        points = window.surface(cells)
         tree = cKDTree(points, leafsize=16, balanced_tree=False, compact_nodes=False)
-        return cls(points, _weights(window), tree, window)
+        return cls(points, _weights(window, *cells), tree, window)
 
     def knows(self, points: FloatArray) -> NDArray[np.bool_]:
         """Return for places (n, 2; m) whether something was learnt of their cells."""
@@ -52,12 +53,11 @@ class Surface:
         return known
 
 
-def _weights(window: Window) -> FloatArray:
+def _weights(window: Window, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> FloatArray:
     """Return the weights of the surface's points by the structure tensor of the occupied cells around each.
 
     It is as straight along a thick wall as along a thin one.
     """
-    rows, columns = window.surface_cells()
     if not len(rows):
         return np.empty((0, 3))
     blurred = gaussian_filter((window.cells >= OCCUPIED).astype(np.float32), BLUR, mode="nearest")

@@ -53,14 +53,16 @@ class Footprint:
         a control loop.
         """
         half_length, half_width = (self.front + self.rear) / 2 - self.rounding, self.half_width - self.rounding
-        beyond_x = x - np.clip(x, -half_length, half_length)
-        beyond_y = y - np.clip(y, -half_width, half_width)
-        beyond_x *= beyond_x
-        beyond_y *= beyond_y
-        beyond_x += beyond_y
-        distance: Floats = np.sqrt(beyond_x.min(axis=-1))
+        for beyond, half in ((x, half_length), (y, half_width)):
+            np.abs(beyond, out=beyond)
+            beyond -= half
+        squares, squares_y = np.maximum(x, 0.0), np.maximum(y, 0.0)
+        squares *= squares
+        squares_y *= squares_y
+        squares += squares_y
+        distance: Floats = np.sqrt(squares.min(axis=-1))
         if distance.min() <= 0.0:
-            depth = np.maximum(np.abs(x, out=x) - half_length, np.abs(y, out=y) - half_width).min(axis=-1)
+            depth = np.maximum(x, y).min(axis=-1)
             distance = np.where(depth < 0.0, depth, distance)
         distance -= self.rounding
         return distance

@@ -7,6 +7,7 @@ period can reach: the forecasts accelerate towards them.
 
 import math
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
@@ -21,6 +22,7 @@ SHORTEST = 0.005  # m: the length of a forecast for a robot that is hardly allow
 NEAREST_TARGET = 0.2
 SIDEWAYS = 0.4
 ROOMY = 0.10  # m beyond the margin to drive at full speed
+SLACK = 0.01  # m, far more than single precision rounds
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,24 +59,33 @@ class RolloutController:
         doing, greatest = self.manoeuvres, now.limits.max_velocity
         tried = forecast(candidates(now.limits), now.twist, now.limits, doing.horizon, doing.step)
         points = doing.near(now, doing.horizon * greatest + self.weights.close)
-        clearances = tried.clearances(doing.footprint, points)
-        nearest = clearances.min(axis=1)
-        # Slow down where it is tight, not only where a collision is near; but not long before, or the robot
-        # would rather creep straight on than steer around something.
-        soon = clearances[:, : max(1, round(doing.horizon / doing.step / 3))].min(axis=1)
+        # Room beyond these clearances makes no difference. Rounding must not either, so a little more is looked at.
+        matters = max(self.weights.close, doing.margin + ROOMY) + SLACK
+        passed = tried.passed(points, doing.footprint.circumradius + matters)
+        if not len(passed):
+            nearest = soon = np.full(len(tried.v), np.inf)
+        else:
+            clearances = tried.clearances(doing.footprint, passed)
+            nearest = clearances.min(axis=1)
+            # Slow down where it is tight, not only where a collision is near; but not long before, or the robot
+            # would rather creep straight on than steer around something.
+            soon = clearances[:, : max(1, round(doing.horizon / doing.step / 3))].min(axis=1)
         room = np.minimum(np.maximum((soon - doing.margin) / ROOMY, 0.25), 1.0)
-        admissible = (nearest >= doing.required_gap(points)) & (tried.v <= room * greatest + 1e-9)
+        admissible = (nearest >= self._required_gap(nearest, points)) & (tried.v <= room * greatest + 1e-9)
         if not admissible[tried.v > 0.0].any() and not (greatest == 0.0 and admissible.any()):
             return doing.halt(now)
         costs = np.where(admissible, self._costs(now, tried, nearest, ahead), np.inf)
         best = int(costs.argmin())
         return Decision(now.reachable(Twist2D(float(tried.v[best]), float(tried.w[best]))))
 
+    def _required_gap(self, nearest: FloatArray, points: FloatArray) -> float:
+        margin = self.manoeuvres.margin
+        return margin if nearest.min() >= margin else self.manoeuvres.required_gap(points)
+
     def _costs(self, now: Situation, tried: Rollouts, nearest: FloatArray, ahead: FloatArray) -> FloatArray:
         length = max(self.manoeuvres.horizon * now.limits.max_velocity, SHORTEST)
         aim = max(length, NEAREST_TARGET)
-        distances = np.append(np.linspace(0.0, 1.25 * aim, 26), [aim, aim + AIM])
-        line = points_along(ahead, distances)
+        line = points_along(ahead, _looked_at(aim))
         target, beyond = line[-2], line[-1]
         # Being next to the target matters less than being short of it. Otherwise the robot prefers a stop before an
         # obstacle to a way around it.
@@ -83,20 +94,28 @@ class RolloutController:
         along = miss_x * direction[0] + miss_y * direction[1]
         beside = SIDEWAYS * (miss_y * direction[0] - miss_x * direction[1])
         short = np.hypot(along, beside)
-        some = slice(1, None, 3)
-        off_x, off_y = tried.x[:, some, None] - line[:26, 0], tried.y[:, some, None] - line[:26, 1]
-        off_path = np.sqrt((off_x * off_x + off_y * off_y).min(axis=-1))
-        way = beyond - np.stack([tried.x[:, -1], tried.y[:, -1]], axis=1)
-        misdirected = np.abs(
-            np.remainder(np.arctan2(way[:, 1], way[:, 0]) - tried.yaw[:, -1] + math.pi, math.tau) - math.pi
-        )
+        # Points of the line along the first axis: the minimum over that one is the fastest.
+        some_x, some_y = tried.x[:, 1::3], tried.y[:, 1::3]
+        squares, off_y = line[:26, 0, None] - some_x.ravel(), line[:26, 1, None] - some_y.ravel()
+        squares *= squares
+        off_y *= off_y
+        squares += off_y
+        off_path = np.sqrt(squares.min(axis=0)).reshape(some_x.shape)
+        way_x, way_y = beyond[0] - tried.x[:, -1], beyond[1] - tried.y[:, -1]
+        misdirected = np.abs(np.remainder(np.arctan2(way_y, way_x) - tried.yaw[:, -1] + math.pi, math.tau) - math.pi)
         # A direction means little once its target is near.
-        misdirected *= np.minimum(np.hypot(way[:, 0], way[:, 1]) / AIM, 1.0)
+        misdirected *= np.minimum(np.hypot(way_x, way_y) / AIM, 1.0)
         weights = self.weights
         costs: FloatArray = (
-            (short + weights.off_path * off_path.mean(axis=1)) / length
+            (short + weights.off_path * (off_path.sum(axis=1) / off_path.shape[1])) / length
             + weights.heading * misdirected
             + weights.closeness * np.maximum(1.0 - nearest / weights.close, 0.0)
             + weights.unsteadiness * np.abs(tried.w - now.twist.w)
         )
         return costs
+
+
+@lru_cache(maxsize=8)
+def _looked_at(aim: float) -> FloatArray:
+    """Return where along the path (m) forecasts with a target at `aim` (m) are compared with it."""
+    return np.append(np.linspace(0.0, 1.25 * aim, 26), [aim, aim + AIM])

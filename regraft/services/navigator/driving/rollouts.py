@@ -30,6 +30,17 @@ class Rollouts:
     y: FloatArray
     yaw: FloatArray
 
+    def passed(self, points: FloatArray, reach: float) -> FloatArray:
+        """Return those of (M, 2) base-frame points that may be within `reach` (m) of the axle's middle at some pose."""
+        if not self.x.size or len(points) < 2:
+            return points
+        px, py = points[:, 0], points[:, 1]
+        inside = (px >= self.x.min() - reach) & (px <= self.x.max() + reach)
+        inside &= (py >= self.y.min() - reach) & (py <= self.y.max() + reach)
+        kept: FloatArray = points[inside]
+        # The product with a single column is rounded differently: clearances must not depend on what is left out.
+        return points if len(kept) == 1 else kept
+
     def clearances(self, footprint: Footprint, points: FloatArray) -> FloatArray:
         """Return (N, T) distances (m) from the outline to the nearest of (M, 2) base-frame points."""
         if not len(points):
@@ -67,10 +78,10 @@ def forecast(
     middle = np.arange(step / 2, horizon, step, dtype=np.float64)
     reached_v = _ramp(current.v, v, limits.acceleration, middle)
     reached_w = _ramp(current.w, w, limits.turn_acceleration, middle)
-    yaw = np.cumsum(reached_w, axis=1) * step
+    yaw = reached_w.cumsum(axis=1) * step
     heading = yaw - reached_w * (step / 2)
-    x = np.cumsum(reached_v * np.cos(heading), axis=1) * step
-    y = np.cumsum(reached_v * np.sin(heading), axis=1) * step
+    x = (reached_v * np.cos(heading)).cumsum(axis=1) * step
+    y = (reached_v * np.sin(heading)).cumsum(axis=1) * step
     return Rollouts(v, w, x, y, yaw)
 
 
@@ -93,5 +104,6 @@ def nearby(points: FloatArray, reach: float) -> FloatArray:
 def _ramp(start: float, targets: FloatArray, rate: float, times: FloatArray) -> FloatArray:
     """Return (N, T) values that move from `start` towards (N,) targets by at most `rate` per second."""
     change = targets[:, None] - start
-    ramp: FloatArray = start + np.clip(change, -rate * times, rate * times)
+    most = rate * times
+    ramp: FloatArray = start + np.minimum(np.maximum(change, -most), most)
     return ramp
