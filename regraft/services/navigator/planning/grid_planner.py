@@ -64,6 +64,8 @@ class GridPlanner:
         self._static = self._seen = _Layer(np.empty(0, np.intp), terrain, free, graph)
         self._labels: NDArray[np.int32] | None = None
         self._last: tuple[Point, Point, _Layer, Path] | None = None
+        # What the last way cost (m), and to which cell it led: the next one there is hardly any longer.
+        self._cost: tuple[tuple[int, int], float] | None = None
 
     def clearance(self, points: FloatArray) -> FloatArray:
         """Return how far (m) the map's nearest obstacle is from (N, 2) points; inf beyond the map."""
@@ -148,16 +150,17 @@ class GridPlanner:
                 raise NoPath(start, goal, f"the {name} is {where}")
         allowed = self._allowed(layer, first, last)
         graph = layer.graph if allowed is layer.free else layer.graph.changed(terrain, allowed)
-        way = graph.way(first, last)
-        if way is None and allowed is layer.free:
+        way = graph.way(first, last, self._cost[1] if self._cost and self._cost[0] == last else None)
+        if way is None and allowed is layer.free and not np.array_equal(allowed, terrain.free):
             way = CellGraph(terrain, terrain.free).way(first, last)  # through the unknown beyond, if need be
             allowed = terrain.free
         if way is None:
             whose = "of the map and those seen" if layer is not self._static else "of the map"
             width = 2 * self._inflation.lethal
             raise NoPath(start, goal, f"the obstacles {whose} leave no way that is {width:.2f} m wide")
+        self._cost = (last, way.cost)
         ground = Ground(terrain, allowed)
-        points = grid.centres(way[:, 0], way[:, 1])
+        points = grid.centres(way.cells[:, 0], way.cells[:, 1])
         points = np.concatenate([[start], points[1:-1], [goal]])
         return smooth(subdivide(shortcut(points, ground), SPACING), ground)
 

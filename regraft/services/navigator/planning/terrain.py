@@ -162,6 +162,12 @@ class Ground:
     allowed: NDArray[np.bool_]
 
     @cached_property
+    def priced(self) -> FloatArray:
+        """The costs of the cells, row by row; inf where it is forbidden."""
+        priced: FloatArray = np.where(self.allowed, self.terrain.cost, np.inf).ravel()
+        return priced
+
+    @cached_property
     def inner(self) -> NDArray[np.bool_]:
         """Where all neighbours are allowed, too."""
         inner = np.zeros_like(self.allowed)
@@ -177,22 +183,25 @@ class Ground:
         ways = ends - start
         lengths = np.hypot(ways[:, 0], ways[:, 1])
         count = max(2, math.ceil(float(lengths.max()) / (self.terrain.grid.resolution / 2)) + 1)
-        samples = start + np.linspace(0.0, 1.0, count)[:, None, None] * ways
-        costs: FloatArray = lengths * (1.0 + self._costs(samples).mean(axis=0))
+        along = np.linspace(0.0, 1.0, count)[:, None]
+        sampled = self._costs(start[0] + along * ways[:, 0], start[1] + along * ways[:, 1])
+        costs: FloatArray = lengths * (1.0 + sampled.mean(axis=0))
         return costs
 
     def step_costs(self, points: FloatArray) -> FloatArray:
         """Return what each of the N-1 short steps of a polyline (N, 2) costs in metres; inf if forbidden."""
         ways = points[1:] - points[:-1]
         samples = points[:-1] + np.linspace(0.0, 1.0, 5)[:, None, None] * ways
-        costs: FloatArray = np.hypot(ways[:, 0], ways[:, 1]) * (1.0 + self._costs(samples).mean(axis=0))
+        costs: FloatArray = np.hypot(ways[:, 0], ways[:, 1]) * (
+            1.0 + self._costs(samples[..., 0], samples[..., 1]).mean(axis=0)
+        )
         return costs
 
     def cost(self, points: FloatArray) -> float:
         """Return what a finely divided polyline (N, 2) costs in metres; inf if it leaves allowed ground."""
         lengths = np.hypot(*np.diff(points, axis=0).T)
         middles = (points[:-1] + points[1:]) / 2
-        return float((lengths * (1.0 + self._costs(middles))).sum())
+        return float((lengths * (1.0 + self._costs(middles[:, 0], middles[:, 1]))).sum())
 
     def crossable(self, points: FloatArray) -> NDArray[np.bool_]:
         """Return for each of the N-1 segments of a polyline (N, 2) whether every cell it crosses is allowed."""
@@ -237,13 +246,19 @@ class Ground:
         among: NDArray[np.bool_] = inside & mask[rows.clip(0, height - 1), columns.clip(0, width - 1)]
         return among
 
-    def _costs(self, points: FloatArray) -> FloatArray:
-        rows, columns = self.terrain.grid.cells_of(points)
+    def _costs(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Return the costs at places (m), arrays of one shape; inf where it is forbidden."""
+        grid = self.terrain.grid
+        columns, rows = (x - grid.origin_x) / grid.resolution, (y - grid.origin_y) / grid.resolution
         height, width = self.allowed.shape
-        inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
-        cells = rows * width + columns
-        if not inside.all():
-            cells = np.where(inside, cells, 0)
-        passable = inside & self.allowed.ravel()[cells]
-        costs: FloatArray = np.where(passable, self.terrain.cost.ravel()[cells], np.inf)
+        within = [
+            cells.min(initial=0.0) >= 0.0 and cells.max(initial=0.0) < size
+            for cells, size in ((columns, width), (rows, height))
+        ]
+        if all(within):
+            inside: FloatArray = self.priced[rows.astype(np.intp) * width + columns.astype(np.intp)]
+            return inside
+        on_map = (rows >= 0.0) & (rows < height) & (columns >= 0.0) & (columns < width)
+        costs = np.full(on_map.shape, np.inf)
+        costs[on_map] = self.priced[rows[on_map].astype(np.intp) * width + columns[on_map].astype(np.intp)]
         return costs
