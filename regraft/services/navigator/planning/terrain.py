@@ -130,7 +130,7 @@ class Terrain:
 
 
 def _clearance(distances: FloatArray, resolution: float) -> FloatArray:
-    """Return clearances (m) for distances (cells) from centre to centre: an obstacle's cell begins half a cell before."""
+    """Return clearances (m) for distances (cells) to obstacles' centres; their cells begin half a cell before."""
     clearance: FloatArray = (distances - 0.5) * resolution
     return clearance
 
