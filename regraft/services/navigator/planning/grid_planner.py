@@ -64,7 +64,7 @@ class GridPlanner:
         self._static = self._seen = _Layer(np.empty(0, np.intp), terrain, free, graph)
         self._labels: NDArray[np.int32] | None = None
         self._last: tuple[Point, Point, _Layer, Path] | None = None
-        # What the last way cost (m), and to which cell it led: the next one there is hardly any longer.
+        # The goal's cell and the cost (m) of the last way: the next one there is hardly any longer.
         self._cost: tuple[tuple[int, int], float] | None = None
 
     def clearance(self, points: FloatArray) -> FloatArray:

@@ -105,9 +105,9 @@ class CellGraph:
     def way(self, start: tuple[int, int], goal: tuple[int, int], expected: float | None = None) -> Way | None:
         """Return the cheapest way between two cells (row, column), or None.
 
-        The search runs from the goal. In a changed graph, it sees only as much as a way needs that costs about what is
-        `expected` (m), and more if that is not enough. Else it is kept: the next way to the same goal costs next to
-        nothing. Both find the same way.
+        The search runs from the goal. In a changed graph, it first sees only as much as a way needs that costs about
+        what is `expected` (m). Else it is kept: the next way to the same goal costs next to nothing. Both find the
+        same way.
         """
         network, _ = self._links
         first, last = int(network.number[start]), int(network.number[goal])
@@ -117,9 +117,11 @@ class CellGraph:
             straight = math.dist(start, goal) * self._terrain.grid.resolution
             limit = (USUAL_DETOUR * straight if expected is None else expected) + BEYOND_EXPECTED
             for search in range(NARROW_SEARCHES):
-                way = self._narrow(first, last, limit * FARTHER**search)
+                came, way = self._narrow(first, last, limit * FARTHER**search)
                 if way is not None:
                     return way
+                if came:
+                    break
         if self._root != last:
             self._found = _search(network.targets, self._costs(np.arange(len(network.cells))), last, EVERYWHERE)
             self._root = last
@@ -147,10 +149,11 @@ class CellGraph:
             costs[changed] = network.costs(self._terrain, self._allowed, nodes[changed])
         return costs
 
-    def _narrow(self, first: int, last: int, limit: float) -> Way | None:
-        """Return the cheapest way if it costs at most `limit` (m), and if it is certain that it is the usual one.
+    def _narrow(self, first: int, last: int, limit: float) -> tuple[bool, Way | None]:
+        """Return whether a way costs at most `limit` (m), and the cheapest one.
 
-        A way that costs no more visits no cell that is farther from both ends together. So such cells are left out.
+        There is none where it is not certain that a search everywhere would find the same one. A way that costs no more
+        visits no cell that is farther from both ends together. So such cells are left out.
         """
         network, _ = self._links
         resolution = self._terrain.grid.resolution
@@ -159,15 +162,15 @@ class CellGraph:
         number = np.full(len(network.cells), NO_CELL, np.int32)
         number[nodes] = np.arange(len(nodes), dtype=np.int32)
         if NO_CELL in (number[first], number[last]):
-            return None
+            return False, None
         targets, costs = number[network.targets[nodes]], self._costs(nodes)
         outside = targets == NO_CELL
         targets[outside], costs[outside] = 0, NO_LINK
         found = _search(targets, costs, int(number[last]), limit)
         chain = found.chain(int(number[first]), int(number[last]))
         if chain is None or not found.only(chain, targets, costs):
-            return None
-        return self._way(nodes[chain], float(found.distances[number[first]]))
+            return chain is not None, None
+        return True, self._way(nodes[chain], float(found.distances[number[first]]))
 
     def _way(self, chain: NDArray[np.intp], cost: float) -> Way:
         cells = self._links[0].cells[chain]
@@ -176,7 +179,7 @@ class CellGraph:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Search:
-    """The `distances` (m) of nodes from the root of a search, and which node `follows` each on the way to it."""
+    """The `distances` (m) of nodes from the root of a search, and the node that `follows` each on the way there."""
 
     distances: FloatArray
     follows: NDArray[np.int32]
