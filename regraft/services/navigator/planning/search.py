@@ -105,8 +105,8 @@ class CellGraph:
     def way(self, start: tuple[int, int], goal: tuple[int, int], expected: float | None = None) -> Way | None:
         """Return the cheapest way between two cells (row, column), or None.
 
-        The search runs from the goal. In a changed graph, it first sees only as much as a way needs that costs about
-        what is `expected` (m). Else it is kept: the next way to the same goal costs next to nothing. Both find the
+        The search runs from the goal. In a changed graph, it first sees only what a way of about the `expected` cost
+        (m) needs. Else it is kept: the next way to the same goal costs next to nothing. Both find the
         same way.
         """
         network, _ = self._links
@@ -179,7 +179,7 @@ class CellGraph:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Search:
-    """The `distances` (m) of nodes from the root of a search, and the node that `follows` each on the way there."""
+    """The result of a search: the nodes' `distances` (m) from its root, and which node `follows` on the way to it."""
 
     distances: FloatArray
     follows: NDArray[np.int32]
