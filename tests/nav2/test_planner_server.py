@@ -34,7 +34,7 @@ from regraft.planar import Pose2D
 from regraft.services.navigator.servers.planner_server import PlannerServer
 from regraft.testing import Rig
 
-from ..navigator.stage import ROOM, room_map
+from ..navigator.stage import ROOM, Stage, room_map
 from ..navigator.world import Box
 from .bench import START, Bench, framed
 
@@ -138,6 +138,16 @@ def test_without_a_map_a_goal_is_refused_in_time() -> None:
         assert isinstance(goal.error, CallFailed)
         assert "no odometry has come and no usable map has come within 1 s" in goal.error.why
         assert rig.call("is_path_valid", ValidatePath(LINE), PathValidity) == PathValidity(False, False)
+
+
+def test_a_server_that_looks_seldom_answers_by_the_latest_scan() -> None:
+    with Rig() as rig:
+        stage = Stage.of(rig, PlannerServer, START, None, {"update_frequency": 2.0})
+        stage.run(1.1)
+        stage.robot.boxes = [*ROOM, CHAIR]
+        stage.run(0.3)
+        found = rig.call("is_path_valid", ValidatePath(LINE), PathValidity)
+        assert (found.success, found.is_valid) == (True, False)
 
 
 def test_a_path_is_invalid_where_something_stands_on_it(bench: Bench) -> None:

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from regraft.planar import FloatArray
+from regraft.planar import FloatArray, Point
 from regraft.services.navigator.planning.grid import OccupancyGrid
-from regraft.services.navigator.planning.grid_planner import SPACING, GridPlanner, NoPath
+from regraft.services.navigator.planning.grid_planner import NO_POINTS, SPACING, GridPlanner, NoPath
 from regraft.services.navigator.polyline import polyline_length
 
 from .world import FROG_GOALS, Box, frog_map, rasterise
@@ -184,3 +184,60 @@ def test_way_back_exists_wherever_the_way_there_does(
         except NoPath:
             found.append(False)
     assert found[0] == found[1]
+
+
+def outcome(planner: GridPlanner, start: Point, goal: Point, seen: FloatArray) -> list[list[float]] | None:
+    """Return the exact path, or None if there is none."""
+    try:
+        path: list[list[float]] = planner.plan(start, goal, seen).tolist()
+    except NoPath:
+        return None
+    return path
+
+
+SPOTS = st.lists(st.tuples(st.integers(0, 39), st.integers(0, 39)), max_size=12)
+
+
+@settings(max_examples=60, deadline=None)
+@given(cells=cluttered_rooms(), start=ANYWHERE, goal=ANYWHERE, spots=SPOTS)
+def test_obstacles_that_were_seen_lead_to_the_path_of_a_map_that_has_them(
+    cells: NDArray[np.int8], start: Point, goal: Point, spots: list[tuple[int, int]]
+) -> None:
+    grid = OccupancyGrid(cells, 0.05, 0.0, 0.0)
+    with_them = cells.copy()
+    rows, columns = np.array(spots, np.intp).reshape(-1, 2).T
+    with_them[rows, columns] = 100
+    seen = outcome(GridPlanner(grid), start, goal, grid.centres(rows, columns))
+    assert seen == outcome(GridPlanner(OccupancyGrid(with_them, 0.05, 0.0, 0.0)), start, goal, NO_POINTS)
+
+
+@settings(max_examples=40, deadline=None)
+@given(cells=cluttered_rooms(), start=ANYWHERE, goal=ANYWHERE, story=st.lists(SPOTS, max_size=4))
+def test_obstacles_that_came_and_went_leave_no_trace_in_plans(
+    cells: NDArray[np.int8], start: Point, goal: Point, story: list[list[tuple[int, int]]]
+) -> None:
+    grid = OccupancyGrid(cells, 0.05, 0.0, 0.0)
+    planner = GridPlanner(grid)
+    for spots in (*story, story[0] if story else [], []):
+        seen = grid.centres(*np.array(spots, np.intp).reshape(-1, 2).T)
+        assert outcome(planner, start, goal, seen) == outcome(GridPlanner(grid), start, goal, seen)
+
+
+@pytest.mark.parametrize("half", range(2, 9))
+def test_equal_ways_around_an_obstacle_are_chosen_between_as_on_a_map_that_has_it(half: int) -> None:
+    grid = OccupancyGrid(np.zeros((81, 81), np.int8), 0.05, 0.0, 0.0)
+    rows, columns = (np.ravel(part) for part in np.mgrid[40 - half : 41 + half, 40 - half : 41 + half])
+    with_it = grid.cells.copy()
+    with_it[rows, columns] = 100
+    start, goal = (2.025, 0.725), (2.025, 3.325)
+    seen = outcome(GridPlanner(grid), start, goal, grid.centres(rows, columns))
+    assert seen is not None
+    assert seen == outcome(GridPlanner(OccupancyGrid(with_it, 0.05, 0.0, 0.0)), start, goal, NO_POINTS)
+
+
+def test_a_path_that_its_user_changes_is_planned_again_as_it_was() -> None:
+    planner = GridPlanner(EMPTY)
+    first = planner.plan((0.33, 0.41), (2.71, 1.87))
+    kept = first.tolist()
+    first += 1.0
+    assert planner.plan((0.33, 0.41), (2.71, 1.87)).tolist() == kept

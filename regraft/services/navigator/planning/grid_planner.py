@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import label  # type: ignore[import-untyped, unused-ignore]
 
 from regraft.planar import FloatArray, Point
 from regraft.services.navigator.planning.grid import OccupancyGrid
@@ -32,9 +33,9 @@ class NoPath(Exception):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Layer:
-    """The map with some obstacles added: `cells` are theirs, (row, column); ways normally run where it is `free`."""
+    """The map with obstacles added in `cells`, which are counted row by row; ways normally run where it is `free`."""
 
-    cells: frozenset[tuple[int, int]]
+    cells: NDArray[np.intp]
     terrain: Terrain
     free: NDArray[np.bool_]
     graph: CellGraph
@@ -56,10 +57,15 @@ class GridPlanner:
         """Inflate the map's obstacles; all else is done when it is first asked for."""
         self.grid = grid
         self._inflation = inflation or Inflation()
-        self._cross_unknown = cross_unknown
-        self._static = self._layer(NO_POINTS)
-        self._seen = self._static
+        terrain = Terrain.of(grid, self._inflation, cross_unknown)
+        free = terrain.free_explored
+        # Ways into and out of tight corners may use all that is open.
+        graph = CellGraph(terrain, free, terrain.explored_part(terrain.open))
+        self._static = self._seen = _Layer(np.empty(0, np.intp), terrain, free, graph)
         self._labels: NDArray[np.int32] | None = None
+        self._last: tuple[Point, Point, _Layer, Path] | None = None
+        # The goal's cell and the cost (m) of the last way: the next one there is hardly any longer.
+        self._cost: tuple[tuple[int, int], float] | None = None
 
     def clearance(self, points: FloatArray) -> FloatArray:
         """Return how far (m) the map's nearest obstacle is from (N, 2) points; inf beyond the map."""
@@ -95,26 +101,10 @@ class GridPlanner:
         The path begins and ends exactly at the two points. Raises NoPath.
         """
         self._check(start, goal)
-        grid, layer = self.grid, self._with(obstacles)
-        terrain = layer.terrain
-        first, last = grid.cell_of(start), grid.cell_of(goal)
-        for name, cell in (("start", first), ("goal", last)):
-            if not terrain.open[cell]:
-                where = "on unknown ground" if grid.cells[cell] < 0 else "inside an obstacle"
-                raise NoPath(start, goal, f"the {name} is {where}")
-        allowed = self._allowed(layer, first, last)
-        way = (layer.graph if allowed is layer.free else CellGraph(terrain, allowed)).way(first, last)
-        if way is None and allowed is layer.free:
-            way = CellGraph(terrain, terrain.free).way(first, last)  # through the unknown beyond, if need be
-            allowed = terrain.free
-        if way is None:
-            whose = "of the map and those seen" if layer is not self._static else "of the map"
-            width = 2 * self._inflation.lethal
-            raise NoPath(start, goal, f"the obstacles {whose} leave no way that is {width:.2f} m wide")
-        ground = Ground(terrain, allowed)
-        points = grid.centres(way[:, 0], way[:, 1])
-        points = np.concatenate([[start], points[1:-1], [goal]])
-        return smooth(subdivide(shortcut(points, ground), SPACING), ground)
+        layer = self._with(obstacles)
+        if self._last is None or self._last[:3] != (start, goal, layer):
+            self._last = (start, goal, layer, self._found(start, goal, layer))
+        return self._last[3].copy()
 
     def terrain(self, obstacles: FloatArray = NO_POINTS) -> Terrain:
         """Return the map with the points `obstacles` (N, 2) added, as plans see it."""
@@ -136,31 +126,52 @@ class GridPlanner:
         terrain, cell = self._static.terrain, self.grid.cell_of(goal)
         if terrain.free[cell] and terrain.clearance[cell] >= self._inflation.turning:
             return goal
-        first = self.grid.cell_of(start)
-        from_here = self._around(terrain, first) & terrain.free
-        near = np.isin(self._regions, self._regions[from_here]) & terrain.free
-        near &= self._distances(goal) <= tolerance
-        roomy = near & (terrain.clearance >= self._inflation.turning)
+        from_here = self._around(terrain, self.grid.cell_of(start)) & terrain.free
+        window = terrain.window(cell, tolerance)
+        regions, free = self._regions, terrain.free[window]
+        near = np.isin(regions[window], regions[from_here]) & free & (self._distances(goal, window) <= tolerance)
+        roomy = near & (terrain.clearance[window] >= self._inflation.turning)
         if terrain.free[cell] and not roomy.any():
             return goal
         rows, columns = np.nonzero(roomy if roomy.any() else near)
         if not len(rows):
             return goal
+        rows, columns = rows + window[0].start, columns + window[1].start
         centres = self.grid.centres(rows, columns)
         nearest = np.argmin(np.hypot(centres[:, 0] - goal[0], centres[:, 1] - goal[1]))
         return (float(centres[nearest, 0]), float(centres[nearest, 1]))
 
-    def _layer(self, obstacles: FloatArray) -> _Layer:
-        rows, columns = self.grid.cells_of(obstacles)
-        cells = frozenset(zip(rows.tolist(), columns.tolist(), strict=True))
-        terrain = Terrain.of(self.grid, self._inflation, obstacles, self._cross_unknown)
-        free = terrain.free_explored
-        return _Layer(cells, terrain, free, CellGraph(terrain, free))
+    def _found(self, start: Point, goal: Point, layer: _Layer) -> Path:
+        grid, terrain = self.grid, layer.terrain
+        first, last = grid.cell_of(start), grid.cell_of(goal)
+        for name, cell in (("start", first), ("goal", last)):
+            if not terrain.open[cell]:
+                where = "on unknown ground" if grid.cells[cell] < 0 else "inside an obstacle"
+                raise NoPath(start, goal, f"the {name} is {where}")
+        allowed = self._allowed(layer, first, last)
+        graph = layer.graph if allowed is layer.free else layer.graph.changed(terrain, allowed)
+        way = graph.way(first, last, self._cost[1] if self._cost and self._cost[0] == last else None)
+        if way is None and allowed is layer.free and not np.array_equal(allowed, terrain.free):
+            way = CellGraph(terrain, terrain.free).way(first, last)  # through the unknown beyond, if need be
+            allowed = terrain.free
+        if way is None:
+            whose = "of the map and those seen" if layer is not self._static else "of the map"
+            width = 2 * self._inflation.lethal
+            raise NoPath(start, goal, f"the obstacles {whose} leave no way that is {width:.2f} m wide")
+        self._cost = (last, way.cost)
+        ground = Ground(terrain, allowed)
+        points = grid.centres(way.cells[:, 0], way.cells[:, 1])
+        points = np.concatenate([[start], points[1:-1], [goal]])
+        return smooth(subdivide(shortcut(points, ground), SPACING), ground)
 
     @property
     def _regions(self) -> NDArray[np.int32]:
+        """Return the numbers of connected regions, (rows, columns): cells with equal numbers can reach each other.
+
+        A diagonal step leads past two free cells, so four neighbours of each cell are enough.
+        """
         if self._labels is None:
-            self._labels = CellGraph(self._static.terrain, self._static.terrain.free).regions()
+            self._labels = np.asarray(label(self._static.terrain.free)[0], np.int32)
         return self._labels
 
     def _with(self, obstacles: FloatArray) -> _Layer:
@@ -169,8 +180,11 @@ class GridPlanner:
         if not len(extra):
             return self._static
         rows, columns = self.grid.cells_of(extra)
-        if self._seen.cells != frozenset(zip(rows.tolist(), columns.tolist(), strict=True)):
-            self._seen = self._layer(extra)
+        cells = np.unique(rows * self.grid.cells.shape[1] + columns)
+        if not np.array_equal(self._seen.cells, cells):
+            terrain = self._static.terrain.with_obstacles(cells)
+            free = terrain.free_explored
+            self._seen = _Layer(cells, terrain, free, self._static.graph.changed(terrain, free))
         return self._seen
 
     def _check(self, start: Point, goal: Point) -> None:
@@ -195,8 +209,9 @@ class GridPlanner:
         radius = 0.0 if terrain.free[cell] else self._inflation.lethal + 2 * self.grid.resolution
         return terrain.around(cell, radius)
 
-    def _distances(self, point: Point) -> FloatArray:
-        rows, columns = np.indices(self.grid.cells.shape)
+    def _distances(self, point: Point, window: tuple[slice, slice]) -> FloatArray:
+        """Return how far (m) the cells' centres in a part of the map are from a point."""
+        rows, columns = np.ogrid[window]
         x = self.grid.origin_x + (columns + 0.5) * self.grid.resolution - point[0]
         y = self.grid.origin_y + (rows + 0.5) * self.grid.resolution - point[1]
         distances: FloatArray = np.hypot(x, y)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -156,7 +157,8 @@ class Sight:
     def _centres(self) -> FloatArray:
         if not self._marks:
             return NO_POINTS
-        return (np.array(list(self._marks), dtype=np.float64) + 0.5) * MARK
+        squares = np.fromiter(chain.from_iterable(self._marks), np.float64, 2 * len(self._marks)).reshape(-1, 2)
+        return (squares + 0.5) * MARK
 
     def _pose_at(self, stamp: float) -> Pose2D:
         earlier = self._poses[0]
@@ -179,12 +181,13 @@ class Sight:
         lost = np.isposinf(ranges) & (distance + SEEN_THROUGH < scan.range_max)
         gone = np.isfinite(ranges) & (ranges > distance + SEEN_THROUGH)
         gone |= np.hypot(seen_from_base[:, 0], seen_from_base[:, 1]) < self._half_width
-        for mark, is_gone, is_lost in list(zip(self._marks, gone.tolist(), lost.tolist(), strict=True)):
-            seen_at, lost_before = self._marks[mark]
+        for (mark, (seen_at, lost_before)), is_gone, is_lost in zip(
+            list(self._marks.items()), gone.tolist(), lost.tolist(), strict=True
+        ):
             beams = lost_before + 1 if is_lost else 0
             if is_gone or beams >= LOST_BEAMS or scan.stamp - seen_at > FORGET_TIMEOUT:
                 del self._marks[mark]
-            else:
+            elif beams != lost_before:
                 self._marks[mark] = (seen_at, beams)
 
 

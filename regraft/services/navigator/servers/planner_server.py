@@ -52,11 +52,19 @@ class PlannerServer(MapUser):
     resources = Resources(cpu=0.04, memory=30.0)
     handler_timeout = 2.0  # a path through many poses
 
+    update_frequency = Parameter(
+        20.0,
+        "how often what the senses show is taken in, besides at each request",
+        minimum=2.0,  # less often, jumps of the pose pass for motion
+        maximum=100.0,
+        unit="Hz",
+        read_only=True,
+    )
     goal_tolerance = Parameter(
         0.5, "how far from an impossible goal a path may end instead", minimum=0.0, maximum=5.0, unit="m"
     )
 
-    @every(hz=20.0)
+    @every(hz=update_frequency)
     def watch(self) -> None:
         """Take in what the senses show."""
         self._look()
