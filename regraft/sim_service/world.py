@@ -47,6 +47,14 @@ class World(TimeSource):
     resources = Resources(cpu=0.1, memory=65.0)
 
     file = Parameter("", "the world's MJCF file", unit="path", exists=True, read_only=True)
+    control_period = Parameter(
+        SimulationSettings().control_period,
+        "how often commands reach the actuators, people move and contacts are looked for; whole physics steps",
+        minimum=0.0005,
+        maximum=0.1,
+        unit="s",
+        read_only=True,
+    )
     robots = Records(RobotSpec, "the robots in it, with their devices")
     people = Records(Person, "who walks to and fro in it")
     crowds = Records(Crowding, "when which group of people comes or goes, in order")
@@ -205,6 +213,6 @@ def _settings(parameters: Mapping[str, Any]) -> SimulationSettings:
     tick = 1.0 / parameters["tick_rate"]
     return SimulationSettings(
         tick=tick,
-        control_period=min(tick, SimulationSettings().control_period),
+        control_period=min(tick, parameters["control_period"]),
         people=parameters["people"],
     )

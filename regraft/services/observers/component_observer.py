@@ -24,8 +24,6 @@ from regraft.services.observers.observed_components import read_observed_compone
 from regraft.services.observers.situation import Situation
 from regraft.stack.yaml.problems import StackError
 
-LOOK_EVERY: Final = 0.1
-"""Seconds between two looks at the evidence."""
 MEASUREMENTS: Final = "measurements"
 UNFIT: Final = "unfit"
 
@@ -58,6 +56,9 @@ class ComponentObserver(Component):
     sensors = Records(WatchedSensor, "components of sensors' topics, where they are not the topics' writers")
     conditions = Records(ComponentCondition, "when components that work count as failed, by what is measured")
     ignored_faults = Parameter(("jumpy",), "faults of sensors that are no failures of components")
+    look_period = Parameter(
+        0.1, "time between two looks at the evidence", minimum=0.01, maximum=10.0, unit="s", read_only=True
+    )
     period = Parameter(2.0, "how often all statuses are repeated", minimum=0.1, maximum=3600.0, unit="s")
     failed_after = _seconds(0.2, "how long a failure has to last before it is reported")
     recovered_after = _seconds(1.0, "how long a recovery has to last before it is reported")
@@ -169,7 +170,7 @@ class ComponentObserver(Component):
         """Note what was read last: it may be wrong by the next activation."""
         self._stale = (self.states.latest, self.faults.latest)
 
-    @every(seconds=LOOK_EVERY)
+    @every(seconds=look_period)
     def look(self) -> None:
         """Take the evidence in; publish what has changed, and now and then everything."""
         now = self.kit.now()

@@ -10,7 +10,7 @@ from regraft.services.scans.plausibility import ScanJudge, Tolerances
 from regraft.services.scans.powered import PoweredComponent
 from regraft.services.sensor_checks import Finding
 
-LOOKS = 10.0
+LOOKS = 5.0
 """Hz, of the looks whether scans come."""
 
 
