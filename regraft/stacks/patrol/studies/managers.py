@@ -6,9 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-import yaml
-
 from regraft.evaluation.study import Changes, Configuration, Study, joined
+from regraft.evaluation.study import variant as of_file
 from regraft.stacks.patrol.studies.contingencies import SECONDS, contingencies
 from regraft.stacks.patrol.studies.managers_report import report
 from regraft.stacks.patrol.studies.patrol_measures import CAMERA, COLUMNS, CROWD, LASER
@@ -39,10 +38,8 @@ ADDITIONS: Changes = {
 
 
 def variant(name: str) -> Changes:
-    """Return what a stack file of this folder has different from ``stack.yaml``, with the files that it includes."""
-    document = yaml.safe_load((FOLDER / name).read_text(encoding="utf-8"))
-    included = [variant(file) for file in document.pop("include") if file != "stack.yaml"]
-    return joined(*included, document)
+    """Return what a stack file of this folder has different from ``stack.yaml``."""
+    return of_file(FOLDER / name)
 
 
 def with_contingencies(differences: Changes) -> Callable[[int], Changes]:
