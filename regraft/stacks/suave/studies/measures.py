@@ -18,7 +18,7 @@ def searching(rows: Rows) -> float:
 
 
 def right_altitude(rows: Rows) -> float:
-    """Return the share of the seconds of the search in which the altitude is that of the visibility, NaN without any.
+    """Return the share of the search (s) in which the altitude is that of the visibility, NaN without a search.
 
     Seconds in which one sees too little for any altitude are left out.
     """
