@@ -13,6 +13,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import yaml
+
 from regraft.bus_schema.model.adaptation import AdaptationReport
 from regraft.evaluation.rows import Rows
 
@@ -35,6 +37,17 @@ def joined(*changes: Changes) -> dict[str, Any]:
         for key, value in each.items():
             found[key] = joined(found[key], value) if key in found and isinstance(value, dict) else value
     return found
+
+
+def variant(file: Path, stack: str = "stack.yaml") -> Changes:
+    """Return what a stack file has different from ``stack`` of its folder, with the files that it includes.
+
+    Raises:
+        OSError: a file cannot be read.
+    """
+    document = yaml.safe_load(file.read_text(encoding="utf-8"))
+    included = [variant(file.parent / each, stack) for each in document.pop("include", ()) if each != stack]
+    return joined(*included, document)
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,9 +6,9 @@ import re
 import shutil
 from pathlib import Path
 
-from tests.patrol.running import entered, ran
 from tests.support.commands import run
 from tests.support.paths import PATROL, ROOT
+from tests.support.running import entered, modes, ran
 
 PAGE = ROOT / "docs" / "patrol.md"
 
@@ -22,15 +22,14 @@ SETTINGS = (
 
 
 def test_a_laser_of_zeros_and_a_low_battery_have_other_realizations_chosen(tmp_path: Path) -> None:
-    ran(tmp_path, 34.0, *SETTINGS)
-    modes = entered(tmp_path)
-    assert [mode for _, mode in modes] == [
+    ran(PATROL, tmp_path, 34.0, *SETTINGS)
+    assert modes(tmp_path) == [
         "to_navigate.performance",
         "to_navigate.degraded",
         "to_navigate.performance",
         "to_navigate.energy_saving",
     ]
-    _, laser, recovery, battery = (at for at, _ in modes)
+    _, laser, recovery, battery = (at for at, _ in entered(tmp_path))
     assert 8.0 <= laser <= 9.0
     assert 16.0 <= recovery <= 18.0
     assert 24.0 <= battery <= 30.0
@@ -44,5 +43,5 @@ def test_the_realization_of_the_page_is_chosen_once_it_is_among_the_skills(tmp_p
     skills.write_text(skills.read_text() + realization)
     written = run("skills", "generate", str(skills), "--out", str(stack / "metacontrol"))
     assert written.returncode == 0, written.stderr
-    ran(tmp_path / "home", 2.0, "gateway.port=0", stack=stack)
-    assert [mode for _, mode in entered(tmp_path / "home")] == ["to_navigate.brisk"]
+    ran(stack, tmp_path / "home", 2.0, "gateway.port=0")
+    assert modes(tmp_path / "home") == ["to_navigate.brisk"]

@@ -9,10 +9,9 @@ import pytest
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.writing import generated
 from regraft.adaptation_manager.planners.metacontrol.skills.reading import checked_skills
 from regraft.evaluation.runs.run_directory import Plan, prepare
-from regraft.evaluation.study import Study
+from regraft.evaluation.study import Study, variant
 from regraft.stack import load
 from regraft.stacks.patrol.studies import managers, qualities
-from regraft.stacks.patrol.studies.managers import variant
 from tests.support.paths import PATROL
 
 STACKS = sorted(PATROL.glob("*.yaml"))
@@ -46,10 +45,10 @@ def test_the_generated_files_are_those_of_the_skills() -> None:
 
 
 def test_a_manager_of_the_study_is_that_of_its_stack_file() -> None:
-    assert variant("rules.yaml")["components"]["metacontrol"] is None
-    assert variant("rules.yaml")["rules"]["blind"]["mode"] == "to_navigate.degraded"
-    assert variant("random.yaml")["components"]["docking"] == {"state": "active"}
-    assert "include" not in variant("tree.yaml")
+    assert variant(PATROL / "rules.yaml")["components"]["metacontrol"] is None
+    assert variant(PATROL / "rules.yaml")["rules"]["blind"]["mode"] == "to_navigate.degraded"
+    assert variant(PATROL / "random.yaml")["components"]["docking"] == {"state": "active"}
+    assert "include" not in variant(PATROL / "tree.yaml")
 
 
 def test_both_studies_have_a_configuration_for_each_manager_and_each_realization() -> None:

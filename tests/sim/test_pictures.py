@@ -15,9 +15,10 @@ from regraft.stack import load
 from regraft.stack.installed import stack_file
 from tests.support.paths import ROOT
 
-DRAWN = re.compile(r"`python -m regraft\.sim_service\.picture (\S+) (docs/\S+) (.*)`")
-COMMANDS = DRAWN.findall((ROOT / "docs" / "robots.md").read_text())
-LARGEST = 100_000
+DRAWN = re.compile(r"`python -m regraft\.sim_service\.picture (\S+) (docs/[^\s`]+)([^`]*)`")
+COMMANDS = [each for page in sorted((ROOT / "docs").glob("*.md")) for each in DRAWN.findall(page.read_text())]
+SEVERAL = [each for each in COMMANDS if "rooms" in each[0]]
+LARGEST = 300_000
 """Bytes."""
 
 
@@ -36,10 +37,10 @@ def read(file: Path) -> np.ndarray:
 
 
 def test_there_is_a_picture_of_each_example() -> None:
-    assert [stack for stack, _, _ in COMMANDS] == ["frog", "demo_two_robots", "frog/rooms.yaml"]
+    assert {stack for stack, _, _ in COMMANDS} == {"frog", "demo_two_robots", "frog/rooms.yaml", "patrol"}
 
 
-@pytest.mark.parametrize(("stack", "file", "options"), COMMANDS[:2])
+@pytest.mark.parametrize(("stack", "file", "options"), [each for each in COMMANDS if each not in SEVERAL])
 def test_a_picture_of_the_docs_can_be_drawn_again_and_shows_the_robots(
     stack: str, file: str, options: str, tmp_path: Path
 ) -> None:
@@ -49,17 +50,36 @@ def test_a_picture_of_the_docs_can_be_drawn_again_and_shows_the_robots(
     assert (ROOT / file).stat().st_size < LARGEST
     assert min(picture.std(), shown.std()) > 20
     world = load(stack_file(Path(stack))).architecture.components["world"].parameters["file"]
-    size = [word for word in options.split() if "seed" not in word and word != "1"]
-    empty = drawn(world, *size, to=tmp_path / "empty.png")
+    view = re.sub(r"--(seed|crowd) \S+", "", options)
+    empty = drawn(world, *view.split(), to=tmp_path / "empty.png")
     assert (abs(picture - empty).max(axis=2) > 30).sum() > 100
 
 
 def test_several_seeds_give_one_picture_of_rooms_that_differ(tmp_path: Path) -> None:
-    stack, file, options = COMMANDS[2]
+    ((stack, file, options),) = SEVERAL
     picture = drawn(stack, *options.split(), to=tmp_path / "again.png")
     assert picture.shape == read(ROOT / file).shape
     height, width = picture.shape[0] // 2, picture.shape[1] // 2
     rooms = [picture[y : y + height, x : x + width] for y in (0, height) for x in (0, width)]
-    assert (ROOT / file).stat().st_size < len(rooms) * LARGEST
+    assert (ROOT / file).stat().st_size < LARGEST
     for one, other in combinations(rooms, 2):
         assert (abs(one - other).max(axis=2) > 30).mean() > 0.02
+
+
+def test_a_crowd_is_drawn_where_it_walks(tmp_path: Path) -> None:
+    options = ("--seed", "1", "--width", "320", "--height", "160", "--fovy", "31")
+    without = drawn("patrol", *options, to=tmp_path / "without.png")
+    crowded = drawn("patrol", *options, "--crowd", "crowd", to=tmp_path / "crowded.png")
+    rows, columns = np.nonzero(abs(crowded - without).max(axis=2) > 30)
+    assert len(rows) > 20
+    assert max(rows) < 40, "the crowd is in the corridor that the picture has at its top"
+    assert 60 < min(columns) < max(columns) < 240
+
+
+@pytest.mark.parametrize(("option", "value", "named"), [("--crowd", "crow", "crowd"), ("--fovy", "180", "180")])
+def test_a_group_or_a_field_of_view_that_cannot_be_is_refused(
+    option: str, value: str, named: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["patrol", str(tmp_path / "picture.png"), option, value]) == 1
+    assert named in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []

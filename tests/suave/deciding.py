@@ -14,9 +14,8 @@ from regraft.adaptation_manager.planners.metacontrol.reasoning.analysis import A
 from regraft.adaptation_manager.planners.metacontrol.reasoning.planning import plan
 from regraft.adaptation_manager.planners.metacontrol.reasoning.resting import Resting
 from regraft.adaptation_manager.planners.metacontrol.reasoning.situation import Situation
-from tests.support.paths import ROOT
+from tests.support.paths import SUAVE
 
-SUAVE = ROOT / "regraft" / "stacks" / "suave"
 SKILLS, RULES = SUAVE / "suave.skills", SUAVE / "water_visibility.owl"
 MOTION, SEARCH = "f_maintain_motion", "f_generate_search_path"
 

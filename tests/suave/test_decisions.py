@@ -9,7 +9,8 @@ from regraft.adaptation_manager.planners.metacontrol.skills.generators.writing i
 from regraft.adaptation_manager.planners.metacontrol.skills.reading import checked_skills
 from regraft.stack import load
 from regraft.stacks.suave.monitors import THRUSTERS, thruster_name
-from tests.suave.deciding import MOTION, SEARCH, SKILLS, SUAVE, decided, situation
+from tests.suave.deciding import MOTION, SEARCH, SKILLS, decided, situation
+from tests.support.paths import SUAVE
 
 ALTITUDES = ("fd_spiral_high", "fd_spiral_medium", "fd_spiral_low")
 BOUNDARIES = (

@@ -69,6 +69,7 @@ def test_a_battery_at_its_limit_is_not_low_and_one_below_is() -> None:
 def rows(thruster: tuple[int, float], visibility: tuple[int, float]) -> Rows:
     """Return a run of three seconds: reactions so far, and their seconds, of two kinds."""
     columns = {"time": ["1", "2", "3"], "found": ["0", "1", "1"], "distance": ["0", "0", "0.27"]}
+    columns |= {"visibility": ["3.5"] * 3, "altitude": ["3", "3", "1"]}
     for kind, (count, seconds) in (("thruster", thruster), ("visibility", visibility), ("battery", (0, 0.0))):
         columns[f"{kind}_disturbances"] = ["0", "1", "2"]
         columns[f"{kind}_reactions"] = ["0", "0", str(count)]
@@ -84,17 +85,27 @@ def test_the_mean_is_over_all_kinds_and_unknown_without_a_reaction() -> None:
     assert (MEASURES["searching (s)"](run), MEASURES["inspected (m)"](run)) == (2.0, 0.27)
 
 
+def test_the_altitude_is_right_where_it_is_that_of_the_visibility_during_the_search() -> None:
+    columns = {
+        "found": ["0", "0", "0", "0", "1"],
+        "visibility": ["", "3.3", "3.2", "1", "1.3"],
+        "altitude": ["3", "3", "3", "1", "3"],
+    }
+    assert MEASURES["right altitude"](Rows(columns)) == 0.5
+    assert math.isnan(MEASURES["right altitude"](Rows({name: cells[3:] for name, cells in columns.items()})))
+
+
 def test_the_report_has_a_line_for_each_reaction_and_what_was_published() -> None:
-    (configuration,) = [each for each in STUDY.configurations["corrected"] if each.name == "drawn"]
+    (configuration,) = [each for each in STUDY.configurations["corrected"] if each.key == "metacontrol.drawn"]
     assert isinstance(configuration, Configuration)
     run = RunRecord(configuration, 1, 7, 3.0, rows((1, 1.0), (2, 5.0)), (), {}, Timing(1.0, 1.0))
     report = STUDY.report(Results("corrected", [run], (), 1, "regraft evaluate suave-reactions"))
     assert "106.95 ± 39.46" in report.markdown
     assert report.files["reactions.csv"].decode().splitlines() == [
         "configuration,seed,disturbance,answered by (s),reaction (s)",
-        "drawn,7,thruster,3,1",
-        "drawn,7,visibility,3,2.5",
-        "drawn,7,visibility,3,2.5",
+        "metacontrol.drawn,7,thruster,3,1",
+        "metacontrol.drawn,7,visibility,3,2.5",
+        "metacontrol.drawn,7,visibility,3,2.5",
     ]
 
 

@@ -8,3 +8,4 @@ ROOT = Path(__file__).parents[2]
 FROG = ROOT / "regraft" / "stacks" / "frog"
 TWO_ROBOTS = ROOT / "regraft" / "stacks" / "demo_two_robots"
 PATROL = ROOT / "regraft" / "stacks" / "patrol"
+SUAVE = ROOT / "regraft" / "stacks" / "suave"

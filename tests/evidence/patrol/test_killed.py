@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import json
-import sqlite3
-from contextlib import closing
 from pathlib import Path
 from random import Random
 
 import pytest
 
 from regraft.adaptation_manager.planners.metacontrol.skills.reading import read_skills
-from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome
-from tests.patrol.running import entered, ran
+from regraft.bus_schema.model.adaptation import Outcome
 from tests.patrol.witness import read
 from tests.support.paths import PATROL
+from tests.support.running import entered, modes, ran, reports
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(7200)]
 
@@ -70,18 +67,10 @@ def test_a_kill_around_a_switch_leaves_a_whole_realization_or_none(tmp_path: Pat
             for begin in FAILURES
             for at, failure in ((begin, "silent"), (begin + 15.0, "none"))
         ]
-        ran(home, SECONDS, f"world.failures={json.dumps(failures)}", "gateway.port=0", stack=stack)
-        outcomes = reports(home)
-        assert Outcome.STUCK not in outcomes
-        assert [mode for _, mode in entered(home)].count("to_navigate.degraded") >= len(FAILURES)
+        ran(stack, home, SECONDS, f"world.failures={json.dumps(failures)}", "gateway.port=0")
+        assert Outcome.STUCK not in [each.outcome for each in reports(home)]
+        assert modes(home).count("to_navigate.degraded") >= len(FAILURES)
         disturbed = [*times, *(at for at, _ in entered(home))]
         for time, active in read(seen):
             if all(not at <= time <= at + SETTLED for at in disturbed):
                 assert active & parts in wholes, (victim, number, time, sorted(active))
-
-
-def reports(home: Path) -> list[Outcome]:
-    """Return how the adaptations of a run ended."""
-    with closing(sqlite3.connect(home / "patrol" / "journal.sqlite")) as journal:
-        rows = journal.execute("SELECT report FROM adaptations ORDER BY number").fetchall()
-    return [codec.decode(row[0], AdaptationReport).outcome for row in rows]

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.patrol.running import entered, ran
 from tests.support.commands import in_home, run
+from tests.support.paths import PATROL
+from tests.support.running import entered, ran
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(7200)]
 
@@ -52,7 +53,7 @@ def test_every_robot_adapts_and_gets_to_places(rows: list[dict[str, float]]) -> 
 
 def test_equal_runs_are_equal_with_their_decisions(tmp_path: Path) -> None:
     failures = "[{at: 60, device: lidar, failure: frozen}, {at: 120, device: lidar, failure: none}]"
-    runs = [ran(tmp_path / str(number), SECONDS, f"world.failures={failures}") for number in range(2)]
+    runs = [ran(PATROL, tmp_path / str(number), SECONDS, f"world.failures={failures}") for number in range(2)]
     assert len({each["digest"] for each in runs}) == 1
     decided = [entered(tmp_path / str(number)) for number in range(2)]
     assert decided[0] == decided[1]

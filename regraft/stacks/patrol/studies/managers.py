@@ -6,9 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-import yaml
-
-from regraft.evaluation.study import Changes, Configuration, Study, joined
+from regraft.evaluation.study import Changes, Configuration, Study, joined, variant
 from regraft.stacks.patrol.studies.contingencies import SECONDS, contingencies
 from regraft.stacks.patrol.studies.managers_report import report
 from regraft.stacks.patrol.studies.patrol_measures import CAMERA, COLUMNS, CROWD, LASER
@@ -16,13 +14,6 @@ from regraft.stacks.patrol.studies.patrol_measures import CAMERA, COLUMNS, CROWD
 FOLDER: Final = Path(__file__).parents[1]
 RECORDED: Final = FOLDER / "recorded.yaml"
 """The stack that studies run."""
-
-
-def variant(name: str) -> Changes:
-    """Return what a stack file of this folder, with what it includes, has different from ``stack.yaml``."""
-    document = yaml.safe_load((FOLDER / name).read_text(encoding="utf-8"))
-    included = [variant(file) for file in document.pop("include") if file != "stack.yaml"]
-    return joined(*included, document)
 
 
 def with_contingencies(differences: Changes) -> Callable[[int], Changes]:
@@ -39,7 +30,7 @@ def with_contingencies(differences: Changes) -> Callable[[int], Changes]:
 
 
 def _arm(name: str, text: str, file: str = "") -> Configuration:
-    return Configuration(name, text, with_contingencies(variant(file) if file else {}))
+    return Configuration(name, text, with_contingencies(variant(FOLDER / file) if file else {}))
 
 
 STUDY = Study(

@@ -9,8 +9,8 @@ from regraft.evaluation.reports.markdown import table
 from regraft.evaluation.reports.sections import Arms, arms_of, costs_line, head, measures_table
 from regraft.evaluation.rows import Rows
 from regraft.evaluation.statistics.samples import summary
-from regraft.evaluation.study import Changes, Configuration, Measure, Report, Results, Study, joined
-from regraft.stacks.patrol.studies.managers import RECORDED, variant
+from regraft.evaluation.study import Changes, Configuration, Measure, Report, Results, Study, joined, variant
+from regraft.stacks.patrol.studies.managers import FOLDER, RECORDED
 from regraft.stacks.patrol.studies.patrol_measures import places, worst_error
 
 SECONDS: Final = 150.0
@@ -71,7 +71,7 @@ def _beside(arms: Arms) -> str:
 
 
 def _configuration(realization: str) -> Configuration:
-    differences: dict[str, Any] = joined(variant("none.yaml"), alone(realization))
+    differences: dict[str, Any] = joined(variant(FOLDER / "none.yaml"), alone(realization))
 
     def changes(seed: int) -> Changes:
         return differences

@@ -7,7 +7,7 @@ from typing import Final
 
 from regraft.evaluation.rows import TIME, Rows
 from regraft.evaluation.study import Measure
-from regraft.stacks.suave.studies.events import KINDS
+from regraft.stacks.suave.studies.events import KINDS, expected_altitude
 
 
 def searching(rows: Rows) -> float:
@@ -15,6 +15,17 @@ def searching(rows: Rows) -> float:
     times = rows.number(TIME)
     found = (time for time, is_found in zip(times, rows.is_so("found"), strict=True) if is_found)
     return next(found, times[-1])
+
+
+def right_altitude(rows: Rows) -> float:
+    """Return the share of the search (s) in which the altitude is that of the visibility, NaN without a search.
+
+    Seconds in which one sees too little for any altitude are left out.
+    """
+    seconds = zip(rows.is_so("found"), rows.number("visibility"), rows.number("altitude"), strict=True)
+    known = [(expected_altitude(visibility), altitude) for is_found, visibility, altitude in seconds if not is_found]
+    right = [altitude == expected for expected, altitude in known if expected is not None]
+    return sum(right) / len(right) if right else math.nan
 
 
 def inspected(rows: Rows) -> float:
@@ -38,6 +49,7 @@ def _of_kind(kind: str) -> dict[str, Measure]:
 
 MEASURES: Final[dict[str, Measure]] = {
     "searching (s)": searching,
+    "right altitude": right_altitude,
     "inspected (m)": inspected,
     "mean reaction (s)": lambda rows: mean_reaction(rows, *KINDS),
     **{name: measure for kind in KINDS for name, measure in _of_kind(kind).items()},

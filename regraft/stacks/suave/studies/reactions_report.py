@@ -14,9 +14,9 @@ from regraft.evaluation.reports.sections import arms_of, costs_line, head, measu
 from regraft.evaluation.rows import TIME, written
 from regraft.evaluation.study import Report, Results, RunRecord
 from regraft.stacks.suave.studies.events import KINDS
-from regraft.stacks.suave.studies.measures import inspected, searching
+from regraft.stacks.suave.studies.measures import inspected, right_altitude, searching
 
-MISSION: Final = {"searching (s)": searching, "inspected (m)": inspected}
+MISSION: Final = {"searching (s)": searching, "right altitude": right_altitude, "inspected (m)": inspected}
 PUBLISHED: Final = (
     ("none", "187.85 ± 42.40", "31.40 ± 13.00"),
     ("random", "180.15 ± 82.05", "3.88 ± 3.19"),
@@ -27,7 +27,7 @@ PUBLISHED: Final = (
 
 def report(results: Results) -> Report:
     """Return the report of the results so far."""
-    parts = [head("SUAVE: how soon are its disturbances answered?", results)]
+    parts = [head("SUAVE: which manager answers its disturbances, and how soon?", results)]
     for key, runs in arms_of(results).runs.items():
         times = list(_reactions(runs))
         parts += [

@@ -1,4 +1,4 @@
-"""The patrol's stack, run as a user runs it, and what was decided in it."""
+"""A stack, run as a user runs it, and what was decided in it."""
 
 from __future__ import annotations
 
@@ -11,11 +11,13 @@ from typing import Any
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.model.adaptation import AdaptationReport, EnterMode
 from tests.support.commands import in_home, run
-from tests.support.paths import PATROL
 
 
-def ran(home: Path, seconds: float, *settings: str, stack: Path = PATROL) -> dict[str, Any]:
-    """Run it for so many simulated seconds with some settings, and return what it reports in the end."""
+def ran(stack: Path, home: Path, seconds: float, *settings: str) -> dict[str, Any]:
+    """Run a stack for so many simulated seconds with some settings, and return what it reports in the end.
+
+    The run has to be repeatable and without problems.
+    """
     options = [word for setting in settings for word in ("--set", setting)]
     words = ("up", str(stack), "--speed", "max", "--for", f"{seconds:g}", "--json", "--headless", *options)
     ended = run(*words, environment=in_home(home), within=1800.0)
@@ -25,14 +27,24 @@ def ran(home: Path, seconds: float, *settings: str, stack: Path = PATROL) -> dic
     return summary
 
 
+def reports(home: Path) -> list[AdaptationReport]:
+    """Return the adaptations of the one system that ran in a home, in their order."""
+    (file,) = home.glob("*/journal.sqlite")
+    with closing(sqlite3.connect(file)) as journal:
+        rows = journal.execute("SELECT report FROM adaptations ORDER BY number").fetchall()
+    return [codec.decode(row[0], AdaptationReport) for row in rows]
+
+
 def entered(home: Path, actor: str = "metacontrol") -> list[tuple[float, str]]:
     """Return the modes that a manager has entered and when (s), in their order; rest is empty."""
-    with closing(sqlite3.connect(home / "patrol" / "journal.sqlite")) as journal:
-        rows = journal.execute("SELECT report FROM adaptations WHERE actor = ? ORDER BY number", (actor,)).fetchall()
-    reports = [codec.decode(row[0], AdaptationReport) for row in rows]
     return [
         (report.started, change.mode)
-        for report in reports
+        for report in reports(home)
         for change in report.request.changes
-        if isinstance(change, EnterMode)
+        if isinstance(change, EnterMode) and report.request.actor == actor
     ]
+
+
+def modes(home: Path, actor: str = "metacontrol") -> list[str]:
+    """Return the modes that a manager has entered, in their order."""
+    return [mode for _, mode in entered(home, actor)]
