@@ -29,8 +29,8 @@ from regraft.services.bt_executor.navigation.navigation_inputs import NAVIGATION
 from regraft.services.bt_executor.node_types import node_types
 from regraft.services.bt_executor.source import Source, Unloadable
 
-PERIOD = 0.05
-"""s between ticks; an answer is looked at in the next one."""
+LOOK_INTERVAL = 0.05
+"""s between looks whether odometry has come."""
 FEEDBACK_INTERVAL = 0.5
 SOON = 0.001
 MAX_TICKS_AT_ONCE = 100
@@ -78,6 +78,9 @@ class BtNavigator(NavigationInputs):
     through_poses_tree = Parameter("", "the file with the tree for several poses", unit="path", exists=True)
     behavior_tree = Parameter(
         "", "the tree of goals for one pose that name none: a file in that folder; empty: 'to_pose_tree'"
+    )
+    rate = Parameter(
+        20.0, "ticks of a tree a second; an answer is looked at in the next one", minimum=1.0, maximum=200.0, unit="Hz"
     )
     ready_within = Parameter(5.0, "how long a goal waits for the first odometry", minimum=0.0, unit="s")
     nodes = Parameter("", "further node types, as for the executor", read_only=True)
@@ -132,7 +135,7 @@ class BtNavigator(NavigationInputs):
             if self.kit.now() >= deadline:
                 why = f"no odometry has come within {self.ready_within:g} s"
                 return Navigated(int(NavigateError.NO_POSE) + offset, why)
-            await self.kit.sleep(PERIOD)
+            await self.kit.sleep(LOOK_INTERVAL)
         try:
             drive = self._drive(self._file(default, wanted), entries)
         except Unloadable as error:
@@ -183,7 +186,7 @@ class BtNavigator(NavigationInputs):
             status = drive.tree.tick_once(MAX_TICKS_AT_ONCE)
             if status != RUNNING:
                 return status
-            await self.kit.sleep(PERIOD)
+            await self.kit.sleep(1.0 / self.rate)
             if self.kit.now() - told >= FEEDBACK_INTERVAL:
                 told = self.kit.now()
                 self.kit.feedback(tell(drive, told))
