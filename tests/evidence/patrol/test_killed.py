@@ -16,10 +16,20 @@ from tests.support.running import entered, modes, ran, reports
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(7200)]
 
-VICTIMS = ("metacontrol", "adaptation_manager", "component_observer", "quality_observer", "amcl", "controller_server")
+VICTIMS = (
+    "metacontrol",
+    "adaptation_manager",
+    "component_observer",
+    "quality_observer",
+    "amcl",
+    "controller_server",
+    "bt_navigator",
+)
 KILLS, SECONDS = 20, 170.0
 FAILURES = tuple(20.0 + 40.0 * number for number in range(4))
 """When (s) the laser falls silent; for 15 s each."""
+LEAST_WAY = 15.0
+"""m of a patrol that continues; with nothing killed it is some 35."""
 SETTLED = 3.0
 """s after which a switch, and the return of what was killed, have to be over."""
 
@@ -67,9 +77,10 @@ def test_a_kill_around_a_switch_leaves_a_whole_realization_or_none(tmp_path: Pat
             for begin in FAILURES
             for at, failure in ((begin, "silent"), (begin + 15.0, "none"))
         ]
-        ran(stack, home, SECONDS, f"world.failures={json.dumps(failures)}", "gateway.port=0")
+        summary = ran(stack, home, SECONDS, f"world.failures={json.dumps(failures)}", "gateway.port=0")
         assert Outcome.STUCK not in [each.outcome for each in reports(home)]
         assert modes(home).count("to_navigate.degraded") >= len(FAILURES)
+        assert summary["distance"] > LEAST_WAY
         disturbed = [*times, *(at for at, _ in entered(home))]
         for time, active in read(seen):
             if all(not at <= time <= at + SETTLED for at in disturbed):
