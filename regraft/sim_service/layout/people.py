@@ -110,7 +110,7 @@ class Way:
         return Pose2D(leg.x + share * along_x, leg.y + share * along_y, yaw)
 
     def _leg_at(self, left: float) -> tuple[Leg, float]:
-        """Return the leg on which a place is, some metres along the way, and the share of it that lies behind."""
+        """Return the leg on which a place is, some metres along the way, and the share behind it."""
         for leg, length in self._legs:
             if left <= length:
                 return leg, left / length
