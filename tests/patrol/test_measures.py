@@ -14,6 +14,7 @@ DEFAULTS = {
     "safety": "1",
     "performance": "0.8",
     "energy": "0.5",
+    "speed": "0.4",
     "places": "0",
     "error": "0.1",
     "charge": "0.9",
@@ -51,6 +52,13 @@ def test_a_design_works_while_a_sensor_that_it_uses_does() -> None:
         uses_laser=[1, 1, 0, 0, 0], uses_camera=[0, 0, 1, 1, 0], laser_fails=[0, 1, 1, 1, 1], camera_fails=[0] * 5
     )
     assert measures.without_design(run) == 2.0
+
+
+def test_the_way_is_the_sum_of_the_speeds_and_is_taken_apart_by_what_lasts() -> None:
+    run = rows(speed=["", 0.5, 0.4, 0.1, 0.5], laser_fails=[1, 0, 0, 1, 1], crowded=[0] * 5)
+    assert measures.driven(run) == pytest.approx(1.5)
+    assert measures.driven_during(measures.LASER)(run) == pytest.approx(0.6)
+    assert measures.driven_during(measures.CROWD)(run) == 0.0
 
 
 def test_the_worst_error_is_that_of_a_second_in_which_a_place_was_reached() -> None:

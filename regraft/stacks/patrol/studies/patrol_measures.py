@@ -95,6 +95,21 @@ def lowest_charge(rows: Rows) -> float:
     return min(known, default=math.nan)
 
 
+def driven(rows: Rows) -> float:
+    """Return how far (m) the robot has driven."""
+    return sum(speed for speed in rows.number("speed") if not math.isnan(speed))
+
+
+def driven_during(spell: str) -> Measure:
+    """Return the measure: how far (m) the robot has driven while a contingency lasted."""
+
+    def measure(rows: Rows) -> float:
+        pairs = zip(rows.number("speed"), rows.is_so(spell), strict=True)
+        return sum(speed for speed, lasts in pairs if lasts and not math.isnan(speed))
+
+    return measure
+
+
 def worst_error(rows: Rows) -> float:
     """Return the largest error (m) of the robot's believed place in seconds in which it reached a place."""
     counts, errors = rows.number("places"), rows.number("error")
@@ -154,6 +169,9 @@ COLUMNS: Final[dict[str, Measure]] = {
     "performing": performing_share,
     "thrifty": thrifty_share,
     "time to completion (s)": time_to_completion,
+    "driven (m)": driven,
+    "driven without laser (m)": driven_during(LASER),
+    "driven in a crowd (m)": driven_during(CROWD),
     "energy (J)": _final("energy_drawn"),
     "without a working design (s)": without_design,
     "lowest charge": lowest_charge,
