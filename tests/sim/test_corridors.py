@@ -26,7 +26,7 @@ from tests.support.paths import ROOT
 from tests.support.worlds import waffle
 
 PATROL = ROOT / "regraft" / "stacks" / "patrol" / "world.xml"
-DOCK = (0.0, -6.55)
+DOCK = (0.0, -6.38)
 ROBOT = (replace(waffle(place=Place(*DOCK)), radius=0.25),)
 SEEDS = range(12)
 ROOM_OF_PLANNERS = 0.33
