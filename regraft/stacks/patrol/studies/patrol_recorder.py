@@ -62,7 +62,7 @@ class PatrolRecorder(RowRecorder):
 
     ground_truth = Input(GroundTruth, keep=256, description="where the robot really is")
     true_scan = Input(LaserScan, latest_only=True, description="what is really around it")
-    localization = Input(Odometry, latest_only=True, description="where it believes to be")
+    localization = Input(Odometry, latest_only=True, required=False, description="where it believes to be")
     goals = Input(Goals, latest_only=True, description="the places")
     power = Input(PowerDraw, keep=64, description="what it draws")
     battery = Input(BatteryState, latest_only=True, description="what is left")
