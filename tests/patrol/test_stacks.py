@@ -8,6 +8,7 @@ import pytest
 
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.writing import generated
 from regraft.adaptation_manager.planners.metacontrol.skills.reading import checked_skills
+from regraft.bus_schema.model.lifecycle import State
 from regraft.evaluation.runs.run_directory import Plan, prepare
 from regraft.evaluation.study import Study, variant
 from regraft.stack import load
@@ -17,6 +18,7 @@ from tests.support.paths import PATROL
 STACKS = sorted(PATROL.glob("*.yaml"))
 SKILLS = PATROL / "patrol.skills"
 TRUTH = ("ground_truth", "truth/")
+PARTS = ("amcl", "planner_server", "bt_navigator", "controller_server", "laser_resender")
 
 
 @pytest.mark.parametrize("file", STACKS, ids=lambda file: file.stem)
@@ -42,6 +44,14 @@ def test_the_generated_files_are_those_of_the_skills() -> None:
     assert [each for each in checked.diagnostics if each.severity.value == "error"] == []
     files = {file.name: file.read_text() for file in (PATROL / "metacontrol").iterdir()}
     assert files == generated(checked.skills)
+
+
+@pytest.mark.parametrize("file", STACKS, ids=lambda file: file.stem)
+def test_the_robot_may_rest_in_every_stack(tmp_path: Path, file: Path) -> None:
+    resting = tmp_path / "resting.yaml"
+    states = "".join(f"  {part}: {{state: inactive}}\n" for part in PARTS)
+    resting.write_text(f"include: ['{file}']\ncomponents:\n{states}")
+    assert load(resting).architecture.components["amcl"].state is State.INACTIVE
 
 
 def test_a_manager_of_the_study_is_that_of_its_stack_file() -> None:
