@@ -47,6 +47,12 @@ def test_requirements_are_met_where_all_three_are_and_unknown_seconds_count_for_
     assert (measures.safe_share(run), measures.performing_share(run), measures.thrifty_share(run)) == (0.75, 0.8, 0.8)
 
 
+def test_a_robot_that_is_charged_need_not_get_on() -> None:
+    run = rows(performance=[0.8, 0, 0, 0, 0.8], charge=[0.4, 0.4, 0.5, 0.6, 0.6])
+    assert measures.performing_share(run) == pytest.approx(2 / 3)
+    assert measures.requirements_met(run) == pytest.approx(2 / 3)
+
+
 def test_a_design_works_while_a_sensor_that_it_uses_does() -> None:
     run = rows(
         uses_laser=[1, 1, 0, 0, 0], uses_camera=[0, 0, 1, 1, 0], laser_fails=[0, 1, 1, 1, 1], camera_fails=[0] * 5

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Final
 
 from regraft.evaluation.reactions import Reactions, reactions
@@ -53,9 +54,17 @@ def safe_share(rows: Rows) -> float:
     return share(rows, "safety", lambda value: value >= SAFE)
 
 
+def is_charged(rows: Rows) -> list[bool]:
+    """Return in which seconds the battery becomes fuller: then there is nothing to drive for."""
+    charges = rows.number("charge")
+    return [False, *(now > before for before, now in pairwise(charges))][: len(charges)]
+
+
 def performing_share(rows: Rows) -> float:
-    """Return the share of the time in which the performance is at least `GETS_ON`."""
-    return share(rows, "performance", lambda value: value >= GETS_ON)
+    """Return the share of the time, but for charging, in which the performance is at least `GETS_ON`."""
+    pairs = zip(rows.number("performance"), is_charged(rows), strict=True)
+    known = [value >= GETS_ON for value, charged in pairs if not charged and not math.isnan(value)]
+    return sum(known) / len(known) if known else math.nan
 
 
 def thrifty_share(rows: Rows) -> float:
@@ -64,12 +73,12 @@ def thrifty_share(rows: Rows) -> float:
 
 
 def requirements_met(rows: Rows) -> float:
-    """Return the share of the time in which all three requirements are met."""
-    columns = zip(rows.number("safety"), rows.number("performance"), rows.number("energy"), strict=True)
+    """Return the share of the time, but for charging, in which all three requirements are met."""
+    columns = (rows.number("safety"), rows.number("performance"), rows.number("energy"), is_charged(rows))
     met = [
         safety >= SAFE and performance >= GETS_ON and energy <= THRIFTY
-        for safety, performance, energy in columns
-        if not math.isnan(safety + performance + energy)
+        for safety, performance, energy, charged in zip(*columns, strict=True)
+        if not charged and not math.isnan(safety + performance + energy)
     ]
     return sum(met) / len(met) if met else math.nan
 
