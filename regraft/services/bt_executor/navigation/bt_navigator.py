@@ -64,7 +64,7 @@ Tell = Callable[[_Drive, float], object]
 class BtNavigator(NavigationInputs):
     """Drives to goals by behaviour trees such as Nav2's, which ask other components to plan and to move.
 
-    The action ``navigate_to`` drives by the tree of ``navigate_to_pose``. It serves clients of the plain navigator,
+    The action ``navigate_to`` drives by the tree of ``navigate_to_pose`` goals that name none. It serves clients of the plain navigator,
     such as docking. A goal may name another tree of the folder that the default is in.
 
     A newer goal for the same tree changes its entry ``goal`` or ``goals``, without a stop. One for another tree halts
@@ -110,7 +110,7 @@ class BtNavigator(NavigationInputs):
     @action("navigate_to", feedback=NavigationProgress)
     async def navigate_to(self, goal: NavigateTo) -> Arrival:
         """Drive to a pose, and report whether the robot is there."""
-        done = await self._navigate(self.to_pose_tree, "", {"goal": goal.goal}, 0, _progress)
+        done = await self._navigate(self.to_pose_tree, self.behavior_tree, {"goal": goal.goal}, 0, _progress)
         odometry = self.odometry.latest
         if odometry is None:
             raise RequestRefused(f"cannot drive: {done.error_msg}", RefusalCode.UNAVAILABLE)
