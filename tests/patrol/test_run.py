@@ -23,16 +23,32 @@ SETTINGS = (
 
 def test_a_laser_of_zeros_and_a_low_battery_have_other_realizations_chosen(tmp_path: Path) -> None:
     ran(PATROL, tmp_path, 34.0, *SETTINGS)
-    assert modes(tmp_path) == [
-        "to_navigate.performance",
-        "to_navigate.degraded",
-        "to_navigate.performance",
-        "to_navigate.energy_saving",
-    ]
-    _, laser, recovery, battery = (at for at, _ in entered(tmp_path))
+    chosen = modes(tmp_path)
+    assert chosen[:3] == ["to_navigate.performance", "to_navigate.degraded", "to_navigate.performance"]
+    assert set(chosen[3:]) == {"to_navigate.energy_saving", "to_recharge.at_the_dock"}
+    _, laser, recovery, *battery = (at for at, _ in entered(tmp_path))
     assert 8.0 <= laser <= 9.0
     assert 16.0 <= recovery <= 18.0
-    assert 24.0 <= battery <= 30.0
+    assert all(24.0 <= at <= 30.0 for at in battery)
+
+
+def test_a_rest_is_no_arrival_and_the_round_continues_after_it(tmp_path: Path) -> None:
+    summary = ran(
+        PATROL,
+        tmp_path,
+        30.0,
+        "world.failures=[{at: 6, device: lidar, failure: silent}, {at: 9, device: lidar, failure: none}]",
+        "camera.failures=[{at: 6, failure: black}]",
+        "component_observer.presumed_after=6",
+        "gateway.port=0",
+    )
+    assert modes(tmp_path)[:4] == [
+        "to_navigate.performance",
+        "to_navigate.degraded",
+        "to_navigate.__DEFAULT__",
+        "to_navigate.performance",
+    ]
+    assert summary["visits"] == {"place_1": 1}
 
 
 def test_the_realization_of_the_page_is_chosen_once_it_is_among_the_skills(tmp_path: Path) -> None:
