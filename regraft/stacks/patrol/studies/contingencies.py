@@ -14,7 +14,7 @@ CHARGE: Final = 0.75
 LIDAR: Final = "lidar"
 LASER_FAILURES: Final = ("silent", "frozen", "zeros")
 CROWD: Final = "crowd"
-DRAIN: Final = 150.0
+DRAIN: Final = 250.0
 """W, of the fault that drains the battery."""
 
 
