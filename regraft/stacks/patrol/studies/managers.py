@@ -50,5 +50,4 @@ STUDY = Study(
     seconds=SECONDS,
     runs=20,
     measures={"measured": COLUMNS},
-    claims={"measured": FOLDER / "studies" / "claims.yaml"},
 )
