@@ -64,8 +64,8 @@ Tell = Callable[[_Drive, float], object]
 class BtNavigator(NavigationInputs):
     """Drives to goals by behaviour trees such as Nav2's, which ask other components to plan and to move.
 
-    The action ``navigate_to`` drives by the tree of ``navigate_to_pose`` goals that name none. It serves clients of the plain navigator,
-    such as docking. A goal may name another tree of the folder that the default is in.
+    The action ``navigate_to`` drives by the tree of ``navigate_to_pose`` goals that name none. It serves clients of the
+    plain navigator, such as docking. A goal may name another tree of the folder that the default is in.
 
     A newer goal for the same tree changes its entry ``goal`` or ``goals``, without a stop. One for another tree halts
     it. The result has the lowest error code that the tree has left in entries such as ``follow_path_error_code``.
