@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
+from statistics import fmean
 
 import pytest
 
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.writing import generated
-from regraft.adaptation_manager.planners.metacontrol.skills.reading import checked_skills
+from regraft.adaptation_manager.planners.metacontrol.skills.reading import checked_skills, read_skills
 from regraft.bus_schema.model.lifecycle import State
+from regraft.evaluation.results.table import read_table
 from regraft.evaluation.runs.run_directory import Plan, prepare
 from regraft.evaluation.study import Study, variant
 from regraft.stack import load
 from regraft.stacks.patrol.studies import managers, qualities
-from tests.support.paths import PATROL
+from tests.support.paths import PATROL, ROOT
 
 STACKS = sorted(PATROL.glob("*.yaml"))
 SKILLS = PATROL / "patrol.skills"
+RESULTS = ROOT / "docs" / "results" / "patrol-qualities.csv"
 TRUTH = ("ground_truth", "truth/")
 PARTS = ("amcl", "planner_server", "bt_navigator", "controller_server", "laser_resender")
 
@@ -52,6 +55,18 @@ def test_the_robot_may_rest_in_every_stack(tmp_path: Path, file: Path) -> None:
     states = "".join(f"  {part}: {{state: inactive}}\n" for part in PARTS)
     resting.write_text(f"include: ['{file}']\ncomponents:\n{states}")
     assert load(resting).architecture.components["amcl"].state is State.INACTIVE
+
+
+def test_the_skills_have_the_qualities_that_were_measured() -> None:
+    rows = read_table(RESULTS).rows
+    measured = {
+        each.name: each.estimates for each in read_skills(SKILLS).realizations if each.name in qualities.PUBLISHED
+    }
+    assert set(measured) == set(qualities.PUBLISHED)
+    for name, estimates in measured.items():
+        for estimate in estimates:
+            mean = fmean(row.measures[estimate.quality] for row in rows if row.arm == name)
+            assert estimate.value == pytest.approx(mean, abs=0.0055), (name, estimate.quality)
 
 
 def test_a_manager_of_the_study_is_that_of_its_stack_file() -> None:
