@@ -14,7 +14,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 import mujoco
 
@@ -29,8 +29,6 @@ COURTESY = 0.55
 MAX_SPEED = 3.0
 ENTRY_STEP = 0.05
 """m between two places that are tried for somebody who enters."""
-
-P = TypeVar("P")
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,18 +60,18 @@ class Person:
         """Check the waypoints and the group; raises BadMessage."""
         if any(letter.isspace() for letter in self.group):
             raise BadMessage(f"{self.group!r}: must be a name without spaces", ("group",))
-        if len(self.waypoints) < 2 or any(a == b for a, b in self._legs(self.waypoints)):
+        if len(self.waypoints) < 2 or any(a == b for a, b in self._stretches()):
             problem = "must have two or more waypoints, neighbours at different places"
             closing = ", the last and the first of a loop too" if self.loop else ""
             raise BadMessage(f"{self.name} {problem}{closing}", ("waypoints",))
 
-    def _legs(self, places: tuple[P, ...]) -> Iterator[tuple[P, P]]:
-        """Return the pairs of places between which the way is straight."""
-        return pairwise((*places, places[0]) if self.loop else places)
+    def _stretches(self) -> Iterator[tuple[Waypoint, Waypoint]]:
+        """Return the pairs of waypoints between which the way is straight."""
+        return pairwise((*self.waypoints, self.waypoints[0]) if self.loop else self.waypoints)
 
     def legs(self) -> tuple[Leg, ...]:
         """Return the straight parts of the way, in order."""
-        return tuple(Leg(a.x, a.y, b.x, b.y) for a, b in self._legs(self.waypoints))
+        return tuple(Leg(a.x, a.y, b.x, b.y) for a, b in self._stretches())
 
 
 @dataclass(frozen=True, slots=True)

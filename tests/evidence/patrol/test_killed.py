@@ -29,7 +29,7 @@ KILLS, SECONDS = 20, 170.0
 FAILURES = tuple(20.0 + 40.0 * number for number in range(4))
 """When (s) the laser falls silent; for 15 s each."""
 LEAST_WAY = 15.0
-"""m of a patrol that continues; with nothing killed it is some 35."""
+"""m that a patrol which continues has driven at least."""
 SETTLED = 3.0
 """s after which a switch, and the return of what was killed, have to be over."""
 
