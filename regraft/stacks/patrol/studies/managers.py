@@ -50,4 +50,5 @@ STUDY = Study(
     seconds=SECONDS,
     runs=20,
     measures={"measured": COLUMNS},
+    claims={"measured": FOLDER / "studies" / "claims.yaml"},
 )
