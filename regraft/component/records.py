@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
+from itertools import pairwise
 from typing import Any, Generic, TypeVar, overload
 
 from regraft.bus_schema.encoding.records import record_shape
@@ -16,7 +17,8 @@ class Records(Parameter[Any], Generic[T]):
     """A parameter that lists records; empty unless it has a default, and read-only: set when the component starts.
 
     The dataclass defines a record, as for messages: types, bounds and units are checked, absent fields take
-    their defaults, and ``__post_init__`` may raise BadMessage.
+    their defaults, and ``__post_init__`` may raise BadMessage. A schedule's records have to be ``in_order_of`` a field,
+    which is their time.
 
     >>> from dataclasses import dataclass
     >>> from regraft.bus_schema.annotations import Hertz
@@ -30,9 +32,18 @@ class Records(Parameter[Any], Generic[T]):
     """
 
     def __init__(
-        self, record: type[T], description: str = "", *, default: tuple[T, ...] = (), from_robot: str = ""
+        self,
+        record: type[T],
+        description: str = "",
+        *,
+        default: tuple[T, ...] = (),
+        from_robot: str = "",
+        in_order_of: str = "",
     ) -> None:
         described: Any = record
+        if in_order_of and in_order_of not in {field.name for field in fields(described)}:
+            raise TypeError(f"{record.__name__} has no field {in_order_of!r} to be in order of")
+        self._in_order_of = in_order_of
         self._shape = record_shape(described)
         super().__init__((), description, read_only=True, from_robot=from_robot)
         self.default = default
@@ -62,9 +73,20 @@ class Records(Parameter[Any], Generic[T]):
                 records.append(plain if type(plain) is self._shape.cls else self._shape.unpack(plain))
             except BadMessage as error:
                 problems.append((".".join([self.name, str(index), *error.where]), error.why))
+        if self._in_order_of and not problems:
+            problems = self._out_of_order(records)
         if problems:
             raise ParameterError(problems)
         return tuple(records)
+
+    def _out_of_order(self, records: list[Any]) -> list[tuple[str, str]]:
+        field = self._in_order_of
+        times = [getattr(record, field) for record in records]
+        return [
+            (f"{self.name}.{index}.{field}", f"{time:g} comes after {before:g}: put the records in order")
+            for index, (before, time) in enumerate(pairwise(times), start=1)
+            if time < before
+        ]
 
     def plain(self, value: Any) -> Any:
         """Return records as plain data."""

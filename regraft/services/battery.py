@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import Annotated, Any
+from typing import Annotated
 
-from regraft import Component, Input, Output, Parameter, ParameterError, Quality, Records, every
+from regraft import Component, Input, Output, Parameter, Quality, Records, every
 from regraft.bus_schema.annotations import Bounds, PlainValue, Seconds, Unit
 from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.messages.power import BatteryState, ChargerState, EnergyUse, PowerDraw
@@ -51,7 +50,7 @@ class Battery(Component):
     low = Parameter(0.2, "charge below which it is called low", minimum=0.0, maximum=1.0)
 
     drain = Parameter(0.0, "what a fault draws, besides that of 'drains'", minimum=0.0, unit="W")
-    drains = Records(Drain, "when a fault draws how much")
+    drains = Records(Drain, "when a fault draws how much", in_order_of="at")
 
     motion_power = robot_parameters.motion_power()
     consumers = robot_parameters.consumers()
@@ -87,14 +86,6 @@ class Battery(Component):
         consumers = cls.consumers.checked(parameters.get("consumers", cls.consumers.default))
         power = float(context.get("power", total_power(float(context.get("speed", 0.0)), powers, consumers)))
         return {"power": power} | cls._times(charge, limit, capacity, power)
-
-    @classmethod
-    def check_parameters(cls, parameters: dict[str, Any], seed: int) -> None:
-        """Find drains that are out of order."""
-        for index, (before, drain) in enumerate(pairwise(parameters["drains"]), start=1):
-            if drain.at < before.at:
-                why = f"{drain.at:g} s comes after {before.at:g} s: put the drains in order"
-                raise ParameterError([(f"drains.{index}.at", why)])
 
     @staticmethod
     def _times(charge: float, limit: float, capacity: float, power: float) -> dict[str, float]:

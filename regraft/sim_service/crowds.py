@@ -54,9 +54,6 @@ def check_crowds(people: Sequence[Person], crowds: Sequence[Crowding]) -> None:
     for index, entry in enumerate(crowds):
         if entry.group not in groups:
             problems.append((f"crowds.{index}.group", _unknown(entry.group, groups)))
-        if index and entry.at < crowds[index - 1].at:
-            why = f"{entry.at:g} s comes after {crowds[index - 1].at:g} s: put the entries in order"
-            problems.append((f"crowds.{index}.at", why))
     if problems:
         raise ParameterError(problems)
 

@@ -48,9 +48,6 @@ def check_failures(robots: Sequence[RobotSpec], failures: Sequence[DeviceFails])
         elif fails.failure not in known:
             why = f"{fails.failure!r}: {fails.device} can fail as one of: {', '.join(known)}"
             problems.append((f"failures.{index}.failure", why))
-        if index and fails.at < failures[index - 1].at:
-            why = f"{fails.at:g} s comes after {failures[index - 1].at:g} s: put the entries in order"
-            problems.append((f"failures.{index}.at", why))
     if problems:
         raise ParameterError(problems)
 

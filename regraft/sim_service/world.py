@@ -57,8 +57,8 @@ class World(TimeSource):
     )
     robots = Records(RobotSpec, "the robots in it, with their devices")
     people = Records(Person, "who walks to and fro in it")
-    crowds = Records(Crowding, "when which group of people comes or goes, in order")
-    failures = Records(DeviceFails, "when which device fails")
+    crowds = Records(Crowding, "when which group of people comes or goes", in_order_of="at")
+    failures = Records(DeviceFails, "when which device fails", in_order_of="at")
 
     light = Input(LightLevel, required=False, description="how far the lamps are dimmed")
     world_state = Output(WorldState, description="what a camera needs to draw a tick, if there is one")

@@ -96,7 +96,7 @@ class WorldCamera(Component):
     height = Parameter(0, "of a picture; 0: the renderer's default", minimum=0, maximum=4096, unit="px", read_only=True)
     rate = Parameter(0.0, "pictures per second; 0: the renderer's default", minimum=0.0, maximum=60.0, unit="Hz")
     failure = Parameter(NONE, "how the camera fails now", choices=CAMERA_FAILURES)
-    failures = Records(CameraFails, "when it fails and works again, in order, while 'failure' is none")
+    failures = Records(CameraFails, "when it fails and works again, while 'failure' is none", in_order_of="at")
 
     picture_rate = Quality(
         "of the pictures, if somebody wants them", unit="Hz", better="higher", minimum=0.0, functional=True, name="rate"

@@ -91,3 +91,16 @@ class Beacon:
 def test_records_that_are_written_as_a_text_are_refused_with_their_form() -> None:
     told = parameter_problem(Records(Beacon).describe(), "30 red, 60 green")
     assert told == "'30 red, 60 green': must be an array such as [{at: ..., colour: ...}]"
+
+
+def test_records_of_a_schedule_are_in_order_and_may_be_at_one_time() -> None:
+    records = Records(Beacon, in_order_of="at")
+    records.__set_name__(Component, "beacons")
+    assert len(records.checked([{"at": at, "colour": "red"} for at in (1.0, 2.0, 2.0)])) == 3
+    with pytest.raises(ParameterError, match=r"beacons\.2\.at: 30 comes after 60: put the records in order"):
+        records.checked([{"at": at, "colour": "red"} for at in (10.0, 60.0, 30.0)])
+
+
+def test_records_cannot_be_in_order_of_a_field_that_there_is_not() -> None:
+    with pytest.raises(TypeError, match="Beacon has no field 'when' to be in order of"):
+        Records(Beacon, in_order_of="when")

@@ -79,7 +79,7 @@ def test_a_successor_of_the_world_knows_who_is_present_and_reports_no_group_twic
         ({"people": [], "crowd": "staff"}, "there is no group 'staff'; there are none"),
         (
             {"crowds": schedule((2.0, "students", True), (1.0, "students", False))},
-            "crowds.1.at: 1 s comes after 2 s: put the entries in order",
+            "crowds.1.at: 1 comes after 2: put the records in order",
         ),
         ({"crowds": [{"at": -1.0, "group": "students", "present": True}]}, "crowds.0.at: "),
     ],

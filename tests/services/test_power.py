@@ -4,13 +4,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from regraft import ParameterError
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.geometry import Pose, Twist
 from regraft.bus_schema.messages.health import Diagnostic, Level, SensorFault, SensorHealth, SystemStatus
 from regraft.bus_schema.messages.power import BatteryState, ChargerState, EnergyUse, PowerDraw
 from regraft.bus_schema.messages.sensors import LightLevel, Odometry
-from regraft.services.battery import Battery, Drain
+from regraft.services.battery import Battery
 from regraft.services.lighting import Lighting, darkness_at
 from regraft.services.power_model import motion_power, total_power
 from regraft.services.system_status import SystemStatusReporter
@@ -66,12 +65,6 @@ def test_a_fault_drains_the_battery_by_hand_and_by_the_clock() -> None:
         set_parameters(rig, "battery", drain=10.0)
         rig.advance(2.0)
         assert draws[-1].consumers == {"motion": 0.0, "drain": 10.0}
-
-
-def test_drains_out_of_order_are_refused() -> None:
-    drains = [{"at": 4.0, "power": 1.0}, {"at": 2.0, "power": 0.0}]
-    with pytest.raises(ParameterError, match="2 s comes after 4 s: put the drains in order"):
-        Battery.check_parameters({"drains": tuple(Drain(**each) for each in drains)}, 1)
 
 
 def test_battery_integrates_over_every_change_of_speed() -> None:

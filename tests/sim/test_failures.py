@@ -13,7 +13,6 @@ from regraft.sim_service.devices.core.failures import (
     CameraFailure,
     DeviceFails,
     Schedule,
-    ScheduleError,
 )
 from regraft.sim_service.devices.lidar import Lidar
 from regraft.sim_service.simulation import Simulation
@@ -38,12 +37,6 @@ def test_the_last_entry_up_to_now_holds(given_entries: list[DeviceFails], now: f
     ordered = sorted(given_entries, key=lambda entry: entry.at)
     past = [entry.failure for entry in ordered if entry.at <= now + 1e-6]
     assert Schedule(ordered).at(now) == ([*["none"], *past][-1])
-
-
-def test_entries_out_of_order_are_refused() -> None:
-    entries = (DeviceFails(30.0, "odometry", "drift"), DeviceFails(20.0, "odometry", "none"))
-    with pytest.raises(ScheduleError, match=r"failures\.1: 20 s comes after 30 s: put the entries in order"):
-        Schedule(entries)
 
 
 def test_a_dropout_loses_its_share_of_the_rays_and_changes_no_other() -> None:

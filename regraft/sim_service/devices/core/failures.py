@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from itertools import pairwise
 from typing import Annotated, Final
 
 from regraft.bus_schema.annotations import Bounds, Seconds, Text
@@ -51,20 +50,11 @@ class DeviceFails:
 Fails = CameraFails | DeviceFails
 
 
-class ScheduleError(ValueError):
-    """A schedule whose entries are out of order; the message names the parameter and the entries."""
-
-
 class Schedule:
     """The failures of a sensor, in the order of their times."""
 
-    def __init__(self, entries: Sequence[Fails], parameter: str = "failures") -> None:
+    def __init__(self, entries: Sequence[Fails]) -> None:
         self._entries = entries
-        for index, (before, entry) in enumerate(pairwise(entries), start=1):
-            if entry.at < before.at:
-                raise ScheduleError(
-                    f"{parameter}.{index}: {entry.at:g} s comes after {before.at:g} s: put the entries in order"
-                )
 
     def at(self, time: float) -> str:
         """Return how the sensor fails at a time (s); ``none`` before the first entry."""

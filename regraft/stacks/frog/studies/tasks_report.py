@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from regraft.evaluation.reports.figures import COLOURS, NEEDS, drawn
+from regraft.evaluation.reports.figures import COLOURS, illustrated
 from regraft.evaluation.reports.markdown import UNKNOWN, number, table
 from regraft.evaluation.reports.sections import arms_of, costs_line, head
 from regraft.evaluation.rows import TIME
@@ -54,13 +54,11 @@ def report(results: Results) -> Report:
             "charging until 62, exploring until 93, charging until 123 s. There was no battery: each visit's sum of "
             "power was held against a limit.\n",
         ]
-        for name, draw in (("status", partial(_status, runs[0])), ("all", partial(_all, runs))):
-            picture = drawn(draw)
-            if picture is not None:
-                pictures[f"{name}_{key}.png"] = picture
-                parts.append(f"![{name}]({name}_{key}.png)\n")
-        if not pictures:
-            parts.append(f"{NEEDS}.\n")
+        drawn, shown = illustrated(
+            {f"status_{key}.png": partial(_status, runs[0]), f"all_{key}.png": partial(_all, runs)}
+        )
+        pictures |= drawn
+        parts += shown
     parts += ["## Cost of the runs\n", costs_line(results)] if results.runs else ["No run is finished.\n"]
     return Report("\n".join(parts), pictures)
 
