@@ -16,7 +16,7 @@ from benchmarks.sides.raw import ASKED, READY, VOLLEY, VOLLEY_TIMEOUT, echo, pin
 from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Grounding, Model, Objective, Requirement
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import ComponentStatus
 from regraft.adaptation_manager.planners.metacontrol.reasoning.analysis import Analyser
-from regraft.adaptation_manager.planners.metacontrol.reasoning.planning import plan
+from regraft.adaptation_manager.planners.metacontrol.reasoning.design_selection import plan
 from regraft.adaptation_manager.planners.metacontrol.reasoning.resting import Resting
 from regraft.adaptation_manager.planners.metacontrol.reasoning.situation import Situation
 from regraft.adaptation_manager.planners.metacontrol.skills.knowledge import knowledge_of

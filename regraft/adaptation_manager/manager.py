@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TypeVar
 
 from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, service
-from regraft.adaptation_manager.execution.undo import undo_of
+from regraft.adaptation_manager.execution.undo_changes import undo_of
 from regraft.adaptation_manager.execution.worker import Worker
 from regraft.adaptation_manager.journal.architecture_store import ArchitectureStore
 from regraft.adaptation_manager.journal.fault_lines import FaultLines

@@ -25,11 +25,11 @@ from regraft.sim_service.cameras.camera import CameraSettings, Image, RenderStat
 from regraft.sim_service.cameras.gl_camera import Backend, GLCamera
 from regraft.sim_service.cameras.ray_camera import RayCamera
 from regraft.sim_service.cameras.renderers import RendererName, probe
-from regraft.sim_service.crowds import CrowdParameter
 from regraft.sim_service.layout.composition import composed
-from regraft.sim_service.layout.people import Person, Walker
 from regraft.sim_service.layout.placement import Placement, PlacementError, draw_placement
 from regraft.sim_service.layout.scene import Scene, SceneError, load_scene
+from regraft.sim_service.people.crowds import CrowdParameter
+from regraft.sim_service.people.walkers import Person, Walker
 from regraft.sim_service.robots import RobotSpec
 from regraft.sim_service.rooms.loading import load_world
 from regraft.sim_service.world import World

@@ -19,9 +19,9 @@ from regraft.sim_service.devices.core.calling import call
 from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.devices.core.device_kit import DeviceKit, DeviceParameters, Progress
 from regraft.sim_service.devices.core.fitting import Fitted, fitted
-from regraft.sim_service.layout.people import Person, Walker
 from regraft.sim_service.layout.placement import Placement, check_apart, draw_placement
 from regraft.sim_service.layout.scene import Scene
+from regraft.sim_service.people.walkers import Person, Walker
 from regraft.sim_service.simulated_robot import SimulatedRobot
 
 SNAPSHOT_VERSION = 4

@@ -13,12 +13,12 @@ from regraft.bus_schema.messages.world import GeomColour, GroundTruth, WorldStat
 from regraft.bus_schema.model.description import Resources
 from regraft.lockstep.source import TimeSource
 from regraft.planar import Pose2D, Twist2D
-from regraft.sim_service.crowds import CROWD, Crowding, CrowdParameter, changes, check_crowds, present_groups
 from regraft.sim_service.devices.core.calling import call
 from regraft.sim_service.devices.core.failures import DeviceFails
 from regraft.sim_service.devices.core.fitting import parameters_of, ports_of, qualities_of
 from regraft.sim_service.layout.identity import world_hash
-from regraft.sim_service.layout.people import Person
+from regraft.sim_service.people.crowds import CROWD, Crowding, CrowdParameter, changes, check_crowds, present_groups
+from regraft.sim_service.people.walkers import Person
 from regraft.sim_service.robots import RobotSpec
 from regraft.sim_service.rooms.loading import load_world
 from regraft.sim_service.simulated_robot import SimulatedRobot

@@ -21,7 +21,7 @@ from regraft.adaptation_manager.planners.metacontrol.knowledge.owl.rdf_xml impor
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import Data
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import ComponentStatus
 from regraft.adaptation_manager.planners.metacontrol.reasoning.analysis import Analyser
-from regraft.adaptation_manager.planners.metacontrol.reasoning.planning import plan
+from regraft.adaptation_manager.planners.metacontrol.reasoning.design_selection import plan
 from regraft.adaptation_manager.planners.metacontrol.reasoning.resting import Resting
 from regraft.adaptation_manager.planners.metacontrol.reasoning.situation import Situation, facts_of
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.owl import individuals

@@ -15,9 +15,9 @@ import numpy.typing as npt
 import pytest
 
 from regraft.sim_service.layout.ground_map import FREE, GroundMap, Rasteriser
-from regraft.sim_service.layout.people import Person, Waypoint
 from regraft.sim_service.layout.placement import draw_placement
 from regraft.sim_service.layout.scene import Scene, SceneError, load_scene
+from regraft.sim_service.people.walkers import Person, Waypoint
 from regraft.sim_service.robots import Place
 from regraft.sim_service.rooms.loading import load_world
 from regraft.sim_service.simulation import Simulation, SimulationSettings

@@ -15,9 +15,9 @@ from regraft.planar import Pose2D
 from regraft.sim_service import survey
 from regraft.sim_service.cameras.camera import CameraSettings
 from regraft.sim_service.cameras.ray_camera import RayCamera
-from regraft.sim_service.layout.people import COURTESY, Person, Way, Waypoint
 from regraft.sim_service.layout.placement import Placement
 from regraft.sim_service.layout.scene import SceneError
+from regraft.sim_service.people.walkers import COURTESY, Person, Way, Waypoint
 from regraft.sim_service.simulation import Simulation, SimulationSettings
 from tests.support.worlds import new_contacts, truth_of, turn_of, with_waffle
 

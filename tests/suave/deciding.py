@@ -11,7 +11,7 @@ from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Grou
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import ComponentStatus, Status
 from regraft.adaptation_manager.planners.metacontrol.reasoning.analysis import Analyser
-from regraft.adaptation_manager.planners.metacontrol.reasoning.planning import plan
+from regraft.adaptation_manager.planners.metacontrol.reasoning.design_selection import plan
 from regraft.adaptation_manager.planners.metacontrol.reasoning.resting import Resting
 from regraft.adaptation_manager.planners.metacontrol.reasoning.situation import Situation
 from tests.support.paths import SUAVE

@@ -14,7 +14,7 @@ from regraft.adaptation_manager.execution.comparison import tell_differences
 from regraft.adaptation_manager.execution.conclusion import clear_up
 from regraft.adaptation_manager.execution.confirmation import Watch
 from regraft.adaptation_manager.execution.recovery import recover
-from regraft.adaptation_manager.execution.undo import asked_again
+from regraft.adaptation_manager.execution.undo_changes import asked_again
 from regraft.adaptation_manager.journal.architecture_store import ArchitectureStore
 from regraft.adaptation_manager.journal.journal import JournalCorrupt, JournalError
 from regraft.adaptation_manager.journal.publisher import JournalPublisher

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from regraft.adaptation_manager.execution.undo import conflicts, inverse
+from regraft.adaptation_manager.execution.undo_changes import conflicts, inverse
 from regraft.adaptation_manager.steps import PLANNERS
 from regraft.adaptation_manager.steps.draft import Draft
 from regraft.bus_schema.model.adaptation import (

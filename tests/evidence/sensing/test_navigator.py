@@ -23,7 +23,7 @@ from regraft.services.navigator.pursuit_navigator import PursuitNavigator
 from regraft.services.navigator.qualities import NEAR, is_safe
 from regraft.services.navigator.sensing.scan import Scan
 from regraft.sim_service import survey
-from regraft.sim_service.layout.people import Person, Waypoint
+from regraft.sim_service.people.walkers import Person, Waypoint
 from regraft.sim_service.simulation import Simulation, SimulationSettings
 from tests.services.rigs import FROG
 from tests.support.worlds import new_contacts, odometry_of, send_command, turn_of, with_waffle

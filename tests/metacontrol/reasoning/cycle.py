@@ -11,8 +11,8 @@ from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Grou
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import ComponentStatus, Status
 from regraft.adaptation_manager.planners.metacontrol.reasoning.analysis import Analyser, Analysis
 from regraft.adaptation_manager.planners.metacontrol.reasoning.decisions import Decision, Plan
+from regraft.adaptation_manager.planners.metacontrol.reasoning.design_selection import Clash, no_clash, plan
 from regraft.adaptation_manager.planners.metacontrol.reasoning.failures import rest_failed
-from regraft.adaptation_manager.planners.metacontrol.reasoning.planning import Clash, no_clash, plan
 from regraft.adaptation_manager.planners.metacontrol.reasoning.resting import Resting
 from regraft.adaptation_manager.planners.metacontrol.reasoning.situation import Situation
 from tests.metacontrol.owl import NAVIGATE, iri

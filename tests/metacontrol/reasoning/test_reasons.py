@@ -8,7 +8,7 @@ import pytest
 
 from regraft.adaptation_manager.planners.metacontrol.reasoning import considering
 from regraft.adaptation_manager.planners.metacontrol.reasoning.assessment import Against
-from regraft.adaptation_manager.planners.metacontrol.reasoning.planning import plan
+from regraft.adaptation_manager.planners.metacontrol.reasoning.design_selection import plan
 from tests.metacontrol.owl import ENERGY, SAFETY, design, individual, iri, published_designs, write
 from tests.metacontrol.reasoning.cycle import FAILED, Cycle, objective
 

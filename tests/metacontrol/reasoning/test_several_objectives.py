@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import Status
-from regraft.adaptation_manager.planners.metacontrol.reasoning import planning
+from regraft.adaptation_manager.planners.metacontrol.reasoning import design_selection
 from regraft.adaptation_manager.planners.metacontrol.reasoning.assessment import Against
-from regraft.adaptation_manager.planners.metacontrol.reasoning.planning import clash_of_modes
+from regraft.adaptation_manager.planners.metacontrol.reasoning.design_selection import clash_of_modes
 from tests.metacontrol.owl import NAVIGATE, PERFORMANCE, SAFETY, design, individual, iri, write
 from tests.metacontrol.reasoning.cycle import FAILED, RECOVERED, Cycle, objective
 
@@ -164,7 +164,7 @@ def test_the_context_selects_designs_and_else_the_default_ones(tmp_path: Path) -
 def test_a_search_that_is_given_up_leaves_other_objectives_their_share(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(planning, "MAX_TRIES", 10)
+    monkeypatch.setattr(design_selection, "MAX_TRIES", 10)
     many = [design(f"way_{number}", RECHARGE, {PERFORMANCE: 0.5}) for number in range(20)]
     taken = {iri(f"way_{number}"): {iri("nav:camera"): "active.NEAR"} for number in range(20)}
     clash = clash_of_modes({iri("watch"): {iri("nav:camera"): "active.WIDE"}, **taken})

@@ -14,7 +14,7 @@ from regraft.adaptation_manager.planners.metacontrol.knowledge.owl.imports impor
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import ComponentStatus, Direction, Status
 from regraft.adaptation_manager.planners.metacontrol.knowledge.view import model_of
 from regraft.adaptation_manager.planners.metacontrol.reasoning.analysis import Analyser
-from regraft.adaptation_manager.planners.metacontrol.reasoning.planning import plan
+from regraft.adaptation_manager.planners.metacontrol.reasoning.design_selection import plan
 from regraft.adaptation_manager.planners.metacontrol.reasoning.resting import Resting
 from regraft.adaptation_manager.planners.metacontrol.reasoning.situation import Situation
 from regraft.adaptation_manager.planners.metacontrol.skills.diagnostics import Code

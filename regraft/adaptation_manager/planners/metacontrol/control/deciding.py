@@ -13,7 +13,7 @@ from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Mode
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import Status
 from regraft.adaptation_manager.planners.metacontrol.reasoning.analysis import Analyser, Analysis
 from regraft.adaptation_manager.planners.metacontrol.reasoning.decisions import Plan
-from regraft.adaptation_manager.planners.metacontrol.reasoning.planning import plan
+from regraft.adaptation_manager.planners.metacontrol.reasoning.design_selection import plan
 from regraft.adaptation_manager.planners.metacontrol.reasoning.resting import Resting
 from regraft.adaptation_manager.planners.metacontrol.reasoning.situation import Situation, active_objectives
 

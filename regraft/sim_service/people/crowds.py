@@ -10,7 +10,7 @@ from regraft.bus_schema.annotations import Text
 from regraft.bus_schema.suggestions import no_such
 from regraft.component.parameters import Parameter, ParameterError
 from regraft.sim_service.devices.core.failures import Since
-from regraft.sim_service.layout.people import Person
+from regraft.sim_service.people.walkers import Person
 
 CROWD: Final = "crowd"
 """The parameter for groups that are present at any time of the schedule."""
