@@ -237,6 +237,11 @@ class Violation:
     field: ToldBriefly
     problem: ToldBriefly
 
+    @property
+    def place(self) -> str:
+        """Component and field as people write them: ``camera.rate``; the field alone where it is of no component."""
+        return f"{self.component}.{self.field}" if self.component else self.field
+
 
 class StepState(Enum):
     """How far a step has come."""

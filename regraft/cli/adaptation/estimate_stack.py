@@ -103,8 +103,7 @@ def _after(before: Architecture, texts: Sequence[str]) -> Architecture:
     known_before = set(violations(before))
     for violation in violations(after):
         if violation not in known_before:
-            where = ".".join(filter(None, (violation.component, violation.field)))
-            complain(f"an adaptation manager would reject this: {where}: {violation.problem}")
+            complain(f"an adaptation manager would reject this: {violation.place}: {violation.problem}")
     return after
 
 

@@ -77,6 +77,7 @@ topics:
   diagnostics: {{type: regraft/Diagnostic}}
   adaptations: {{type: regraft/AdaptationReport}}
   architecture: {{type: regraft/Architecture}}
+modes: modes.yaml
 components:
   world: {{class: 'tests.modes.parts:World', parameters: {{speed: max}}}}
 {parts}
@@ -87,8 +88,7 @@ components:
   adaptation_manager:
     class: regraft.adaptation_manager.manager:AdaptationManager
     parameters: {{journal: journal.sqlite}}
-modes: modes.yaml
-"""
+{more}"""
 PARTS = ("laser", "camera", "battery", "controller", "navigator", "dock")
 PATROL = Objective("to_navigate", "patrol", {"safety": 0.5, "energy": 0.5})
 
@@ -97,9 +97,16 @@ DEFAULTS: dict[str, Any] = {"skills": "patrol.skills", "period": 0.5, "settle": 
 
 
 def write(
-    folder: Path, skills: str = SKILLS, parameters: dict[str, Any] | None = None, parts: dict[str, str] | None = None
+    folder: Path,
+    skills: str = SKILLS,
+    parameters: dict[str, Any] | None = None,
+    parts: dict[str, str] | None = None,
+    more: str = "",
 ) -> Path:
-    """Write a stack with its skills; ``parameters`` are the metacontroller's, ``parts`` has those of parts."""
+    """Write a stack with its skills; ``parameters`` are the metacontroller's, ``parts`` has those of parts.
+
+    ``more`` is what the stack file has after that: further components, and what comes behind them.
+    """
     given = ", ".join(f"{name}: {value}" for name, value in (DEFAULTS | (parameters or {})).items())
     (folder / "patrol.skills").write_text(skills)
     (folder / "modes.yaml").write_text(system_modes(read_skills(folder / "patrol.skills")))
@@ -109,7 +116,7 @@ def write(
         for name in PARTS
     ]
     file = folder / "stack.yaml"
-    file.write_text(STACK.format(parts="\n".join(lines), parameters=given))
+    file.write_text(STACK.format(parts="\n".join(lines), parameters=given, more=more))
     return file
 
 

@@ -212,7 +212,10 @@ class Metacontroller(Component):
         try:
             seen = SystemHealth(self.states.latest, self.faults.latest)
             await self._cycle.run(settings, self._waits(), seen, keep=self.without_design == "keep")
-            self._log.be_well()
+            if self._cycle.trouble:
+                self._log.complain("metacontrol.not_adapted", self._cycle.trouble)
+            else:
+                self._log.be_well()
         except RequestRefused as error:
             self._cycle.trouble = str(error)
             self._log.complain("metacontrol.undecided", str(error))
