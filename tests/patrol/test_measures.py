@@ -53,6 +53,11 @@ def test_a_robot_that_is_charged_need_not_get_on() -> None:
     assert measures.requirements_met(run) == pytest.approx(2 / 3)
 
 
+def test_a_robot_stands_where_it_hardly_moves_and_is_not_charged() -> None:
+    run = rows(speed=["", 0, 0.01, 0, 0.4], charge=[0.4, 0.4, 0.4, 0.5, 0.5])
+    assert (measures.standing(run), measures.charging(run)) == (2.0, 1.0)
+
+
 def test_a_design_works_while_a_sensor_that_it_uses_does() -> None:
     run = rows(
         uses_laser=[1, 1, 0, 0, 0], uses_camera=[0, 0, 1, 1, 0], laser_fails=[0, 1, 1, 1, 1], camera_fails=[0] * 5

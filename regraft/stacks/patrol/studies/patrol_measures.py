@@ -24,6 +24,8 @@ LOW: Final = 0.5
 LASER, CAMERA, CROWD = "laser_fails", "camera_fails", "crowded"
 SLOW: Final = 0.25
 """m/s: realizations that are safe and thrifty drive slower."""
+STANDS: Final = 0.02
+"""m/s below which a robot stands."""
 
 
 def last(rows: Rows, name: str) -> float:
@@ -58,6 +60,17 @@ def is_charged(rows: Rows) -> list[bool]:
     """Return in which seconds the battery becomes fuller: then there is nothing to drive for."""
     charges = rows.number("charge")
     return [False, *(now > before for before, now in pairwise(charges))][: len(charges)]
+
+
+def charging(rows: Rows) -> float:
+    """Return for how long (s) the battery was charged."""
+    return float(sum(is_charged(rows)))
+
+
+def standing(rows: Rows) -> float:
+    """Return for how long (s) the robot stood, but for charging."""
+    pairs = zip(rows.number("speed"), is_charged(rows), strict=True)
+    return float(sum(speed < STANDS and not charged for speed, charged in pairs))
 
 
 def performing_share(rows: Rows) -> float:
@@ -181,6 +194,8 @@ COLUMNS: Final[dict[str, Measure]] = {
     "driven (m)": driven,
     "driven without laser (m)": driven_during(LASER),
     "driven in a crowd (m)": driven_during(CROWD),
+    "standing (s)": standing,
+    "charging (s)": charging,
     "energy (J)": _final("energy_drawn"),
     "without a working design (s)": without_design,
     "lowest charge": lowest_charge,
