@@ -35,6 +35,11 @@ def rows(count: int = 5, **columns: list[object]) -> Rows:
     return Rows(found)
 
 
+def test_a_second_without_a_mode_has_the_realization_of_the_stack() -> None:
+    run = Rows({"realization": ["", "slow", "__DEFAULT__"]})
+    assert measures.realizations(run) == ["normal", "slow", "at rest"]
+
+
 def test_a_lap_is_complete_at_its_seventh_place_or_never() -> None:
     assert measures.time_to_completion(rows(places=[0, 3, 6, 7, 8])) == 3.0
     assert math.isnan(measures.time_to_completion(rows(places=[0, 3, 6, 6, 6])))

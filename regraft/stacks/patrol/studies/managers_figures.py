@@ -13,11 +13,11 @@ from regraft.evaluation.reports.figures import COLOURS, Draw
 from regraft.evaluation.reports.sections import Arms
 from regraft.evaluation.rows import TIME, Rows
 from regraft.evaluation.study import RunRecord
-from regraft.stacks.patrol.studies.patrol_measures import CAMERA, CROWD, LASER, LOW, SAFE, THRIFTY
+from regraft.stacks.patrol.studies.patrol_measures import CAMERA, CROWD, LASER, LOW, REST, SAFE, THRIFTY, realizations
 from regraft.stacks.patrol.studies.patrol_recorder import ranges_of
 
 Floats = NDArray[np.float64]
-DESIGNS: Final = ("performance", "normal", "slow", "energy_saving", "degraded", "degraded_energy_save", "")
+DESIGNS: Final = ("performance", "normal", "slow", "energy_saving", "degraded", "degraded_energy_save", REST)
 """The realizations from the fastest to the slowest, and rest."""
 SPELLS: Final = {"laser fails": LASER, "camera is black": CAMERA, "crowd": CROWD}
 
@@ -45,11 +45,11 @@ def _map(run: RunRecord, plot: Any) -> Any:
     x, y = np.asarray(rows.number("x")), np.asarray(rows.number("y"))
     figure, ax = plot.subplots(figsize=(10, 5.2), layout="constrained")
     ax.plot(*_seen(rows), ",", color="#9a9a9a")
-    designs = rows.text("realization")
+    designs = realizations(rows)
     for design in DESIGNS:
         here = np.asarray([each == design for each in designs])
         if here.any():
-            ax.plot(x[here], y[here], ".", markersize=3, color=_colour(design), label=design or "at rest")
+            ax.plot(x[here], y[here], ".", markersize=3, color=_colour(design), label=design)
     for name, where in _visits(rows).items():
         ax.plot(*where, "*", markersize=9, color="black")
         ax.annotate(name, where, (4, 4), textcoords="offset points", fontsize=7)
@@ -91,8 +91,8 @@ def _timeline(run: RunRecord, plot: Any) -> Any:
     )
     _bars(spells, times, {text: run.rows.is_so(name) for text, name in SPELLS.items()}, ["#d1495b"] * len(SPELLS))
     spells.set_title(f"{_title(run)}: what goes wrong, the realization in force, qualities", loc="left", fontsize=9)
-    chosen = run.rows.text("realization")
-    strips = {design or "at rest": [each == design for each in chosen] for design in DESIGNS}
+    chosen = realizations(run.rows)
+    strips = {design: [each == design for each in chosen] for design in DESIGNS}
     _bars(designs, times, strips, [_colour(design) for design in DESIGNS])
     for index, name in enumerate(("safety", "performance", "energy")):
         qualities.plot(times, run.rows.number(name), linewidth=0.9, color=COLOURS[index], label=name)

@@ -14,7 +14,7 @@ from regraft.evaluation.reports.sections import Arms, adaptations_table, arms_of
 from regraft.evaluation.rows import Rows
 from regraft.evaluation.study import Report, Results
 from regraft.stacks.patrol.studies.managers_figures import figures
-from regraft.stacks.patrol.studies.patrol_measures import COLUMNS, to_crowd, to_laser, to_low_battery
+from regraft.stacks.patrol.studies.patrol_measures import COLUMNS, realizations, to_crowd, to_laser, to_low_battery
 
 KINDS: Final[dict[str, Callable[[Rows], Reactions]]] = {
     "laser fails": to_laser,
@@ -46,12 +46,12 @@ def report(results: Results) -> Report:
 
 def _designs(arms: Arms) -> str:
     """Return for which share of the time each realization was in force."""
-    names = sorted({name for runs in arms.runs.values() for run in runs for name in run.rows.text("realization")})
+    names = sorted({name for runs in arms.runs.values() for run in runs for name in realizations(run.rows)})
     rows = []
     for key, runs in arms.runs.items():
-        seconds = [name for run in runs for name in run.rows.text("realization")]
+        seconds = [name for run in runs for name in realizations(run.rows)]
         rows.append([key, *(f"{seconds.count(name) / len(seconds):.0%}" for name in names)])
-    return table(["manager", *(name or "none" for name in names)], rows)
+    return table(["manager", *names], rows)
 
 
 def _reactions(arms: Arms) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Final
 
+from regraft.bus_schema.model.modes.mode_parts import DEFAULT
 from regraft.evaluation.reactions import Reactions, reactions
 from regraft.evaluation.rows import TIME, Rows
 from regraft.evaluation.study import Measure
@@ -22,10 +23,19 @@ THRIFTY: Final = 0.8
 LOW: Final = 0.5
 """The charge below which the battery is low."""
 LASER, CAMERA, CROWD = "laser_fails", "camera_fails", "crowded"
+AS_STARTED: Final = "normal"
+"""The realization in force when the other managers' stacks start."""
+REST: Final = "at rest"
 SLOW: Final = 0.25
 """m/s: realizations that are safe and thrifty drive slower."""
 STANDS: Final = 0.02
 """m/s below which a robot stands."""
+
+
+def realizations(rows: Rows) -> list[str]:
+    """Return the realization of each second, or `REST`; where no mode was entered yet, the one of the stack."""
+    named = {"": AS_STARTED, DEFAULT: REST}
+    return [named.get(name, name) for name in rows.text("realization")]
 
 
 def last(rows: Rows, name: str) -> float:
