@@ -33,7 +33,7 @@ def figures(arms: Arms) -> dict[str, Draw]:
 
 
 def _colour(design: str) -> str:
-    return COLOURS[DESIGNS.index(design)] if design in DESIGNS else COLOURS[-1]
+    return COLOURS[DESIGNS.index(design)] if design in DESIGNS and design != REST else COLOURS[-1]
 
 
 def _title(run: RunRecord) -> str:
