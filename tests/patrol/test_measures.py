@@ -75,6 +75,7 @@ def test_the_way_is_the_sum_of_the_speeds_and_is_taken_apart_by_what_lasts() -> 
     assert measures.driven(run) == pytest.approx(1.5)
     assert measures.driven_during(measures.LASER)(run) == pytest.approx(0.6)
     assert measures.driven_during(measures.CROWD)(run) == 0.0
+    assert measures.driven_when_low(rows(charge=[0.6, 0.49, 0.5, 0.3, ""])) == pytest.approx(0.8)
 
 
 def test_the_worst_error_is_that_of_a_second_in_which_a_place_was_reached() -> None:

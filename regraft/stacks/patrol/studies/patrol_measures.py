@@ -142,6 +142,12 @@ def driven_during(spell: str) -> Measure:
     return measure
 
 
+def driven_when_low(rows: Rows) -> float:
+    """Return how far (m) the robot has driven while its battery was low: to the dock, if it did what is asked for."""
+    pairs = zip(rows.number("speed"), rows.number("charge"), strict=True)
+    return sum(speed for speed, charge in pairs if charge < LOW and not math.isnan(speed))
+
+
 def worst_error(rows: Rows) -> float:
     """Return the largest error (m) of the robot's believed place in seconds in which it reached a place."""
     counts, errors = rows.number("places"), rows.number("error")
@@ -204,6 +210,7 @@ COLUMNS: Final[dict[str, Measure]] = {
     "driven (m)": driven,
     "driven without laser (m)": driven_during(LASER),
     "driven in a crowd (m)": driven_during(CROWD),
+    "driven with a low battery (m)": driven_when_low,
     "standing (s)": standing,
     "charging (s)": charging,
     "energy (J)": _final("energy_drawn"),
