@@ -101,17 +101,19 @@ def write(
     skills: str = SKILLS,
     parameters: dict[str, Any] | None = None,
     parts: dict[str, str] | None = None,
+    active: tuple[str, ...] = (),
     more: str = "",
 ) -> Path:
     """Write a stack with its skills; ``parameters`` are the metacontroller's, ``parts`` has those of parts.
 
-    ``more`` is what the stack file has after that: further components, and what comes behind them.
+    Parts are inactive at the start, but for those in ``active``. ``more`` is what else the stack file has.
     """
     given = ", ".join(f"{name}: {value}" for name, value in (DEFAULTS | (parameters or {})).items())
     (folder / "patrol.skills").write_text(skills)
     (folder / "modes.yaml").write_text(system_modes(read_skills(folder / "patrol.skills")))
+    states = {name: "active" if name in active else "inactive" for name in PARTS}
     lines = [
-        f"  {name}: {{class: 'tests.metacontrol.control.parts:Part', state: inactive"
+        f"  {name}: {{class: 'tests.metacontrol.control.parts:Part', state: {states[name]}"
         f"{', parameters: {' + (parts or {})[name] + '}' if name in (parts or {}) else ''}}}"
         for name in PARTS
     ]

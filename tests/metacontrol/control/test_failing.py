@@ -93,10 +93,10 @@ def test_a_disk_that_is_full_while_saving_does_not_end_the_loop(
 def test_a_rest_that_the_manager_refuses_is_announced_once_though_it_is_tried_again(tmp_path: Path) -> None:
     async def script(director: Director) -> None:
         await director.add(PATROL)
-        await director.adapt(ChangeState("radar", Transition.DEACTIVATE))
+        await director.adapt(ChangeState("dock", Transition.DEACTIVATE))
         await director.cancel("patrol", wait=False)
         await director.wait(2.0)
-        refused = "constraints.0: at least one of laser, radar must be active, but none is"
+        refused = "constraints.0: at least one of laser, dock must be active, but none is"
         events = [each.text for each in director.system.events if each.kind == "metacontrol.not_adapted"]
         assert events == [f"the adaptation manager has not changed what was asked for: {refused}"]
         assert len(await director.entered()) > 3
@@ -104,8 +104,7 @@ def test_a_rest_that_the_manager_refuses_is_announced_once_though_it_is_tried_ag
         await director.add(PATROL)
         assert (await director.status("patrol")).reasons == ()
 
-    radar = "  radar: {class: 'tests.metacontrol.control.parts:Part'}\n"
-    perform(tmp_path, script, more=f"{radar}constraints: [{{at_least_one_active: [laser, radar]}}]\n")
+    perform(tmp_path, script, active=("dock",), more="constraints: [{at_least_one_active: [laser, dock]}]")
 
 
 def test_without_a_design_the_robot_rests_or_keeps_what_it_has(tmp_path: Path) -> None:
