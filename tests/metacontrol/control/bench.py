@@ -77,7 +77,6 @@ topics:
   diagnostics: {{type: regraft/Diagnostic}}
   adaptations: {{type: regraft/AdaptationReport}}
   architecture: {{type: regraft/Architecture}}
-modes: modes.yaml
 components:
   world: {{class: 'tests.modes.parts:World', parameters: {{speed: max}}}}
 {parts}
@@ -88,6 +87,7 @@ components:
   adaptation_manager:
     class: regraft.adaptation_manager.manager:AdaptationManager
     parameters: {{journal: journal.sqlite}}
+modes: modes.yaml
 {more}"""
 PARTS = ("laser", "camera", "battery", "controller", "navigator", "dock")
 PATROL = Objective("to_navigate", "patrol", {"safety": 0.5, "energy": 0.5})

@@ -186,6 +186,7 @@ def test_values_that_others_change_within_a_design_are_left_alone(tmp_path: Path
 def test_a_stack_without_an_adaptation_manager_is_refused(tmp_path: Path) -> None:
     file = write(tmp_path)
     text = file.read_text()
-    file.write_text(text[: text.index("  adaptation_manager:")])
+    start, end = text.index("  adaptation_manager:"), text.index("modes: modes.yaml")
+    file.write_text(text[:start] + text[end:])
     with pytest.raises(StackError, match=r"metacontrol.*needs an adaptation manager"):
         check_with_classes(load(file))
