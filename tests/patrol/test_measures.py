@@ -35,9 +35,9 @@ def rows(count: int = 5, **columns: list[object]) -> Rows:
     return Rows(found)
 
 
-def test_a_second_without_a_mode_has_the_realization_of_the_stack() -> None:
+def test_rest_and_a_second_without_a_mode_have_their_names() -> None:
     run = Rows({"realization": ["", "slow", "__DEFAULT__"]})
-    assert measures.realizations(run) == ["normal", "slow", "at rest"]
+    assert measures.realizations(run) == ["no mode", "slow", "at rest"]
 
 
 def test_a_lap_is_complete_at_its_seventh_place_or_never() -> None:

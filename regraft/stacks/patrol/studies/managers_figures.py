@@ -13,11 +13,21 @@ from regraft.evaluation.reports.figures import COLOURS, Draw
 from regraft.evaluation.reports.sections import Arms
 from regraft.evaluation.rows import TIME, Rows
 from regraft.evaluation.study import RunRecord
-from regraft.stacks.patrol.studies.patrol_measures import CAMERA, CROWD, LASER, LOW, REST, SAFE, THRIFTY, realizations
+from regraft.stacks.patrol.studies.patrol_measures import (
+    CAMERA,
+    CROWD,
+    LASER,
+    LOW,
+    NO_MODE,
+    REST,
+    SAFE,
+    THRIFTY,
+    realizations,
+)
 from regraft.stacks.patrol.studies.patrol_recorder import ranges_of
 
 Floats = NDArray[np.float64]
-DESIGNS: Final = ("performance", "normal", "slow", "energy_saving", "degraded", "degraded_energy_save", REST)
+DESIGNS: Final = ("performance", "normal", "slow", "energy_saving", "degraded", "degraded_energy_save", NO_MODE, REST)
 """The realizations from the fastest to the slowest, and rest."""
 SPELLS: Final = {"laser fails": LASER, "camera is black": CAMERA, "crowd": CROWD}
 
@@ -33,7 +43,7 @@ def figures(arms: Arms) -> dict[str, Draw]:
 
 
 def _colour(design: str) -> str:
-    return COLOURS[DESIGNS.index(design)] if design in DESIGNS and design != REST else COLOURS[-1]
+    return COLOURS[DESIGNS.index(design)] if design in DESIGNS else COLOURS[-1]
 
 
 def _title(run: RunRecord) -> str:

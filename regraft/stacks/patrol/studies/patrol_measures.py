@@ -23,8 +23,8 @@ THRIFTY: Final = 0.8
 LOW: Final = 0.5
 """The charge below which the battery is low."""
 LASER, CAMERA, CROWD = "laser_fails", "camera_fails", "crowded"
-AS_STARTED: Final = "normal"
-"""The realization in force when the other managers' stacks start."""
+NO_MODE: Final = "no mode"
+"""No mode was entered: the stack has just begun, or a tree changes it part by part."""
 REST: Final = "at rest"
 SLOW: Final = 0.25
 """m/s: realizations that are safe and thrifty drive slower."""
@@ -33,8 +33,8 @@ STANDS: Final = 0.02
 
 
 def realizations(rows: Rows) -> list[str]:
-    """Return the realization of each second, or `REST`; where no mode was entered yet, the one of the stack."""
-    named = {"": AS_STARTED, DEFAULT: REST}
+    """Return the realization of each second, `REST` or `NO_MODE`."""
+    named = {"": NO_MODE, DEFAULT: REST}
     return [named.get(name, name) for name in rows.text("realization")]
 
 
