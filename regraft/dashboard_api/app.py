@@ -12,8 +12,8 @@ from regraft.dashboard_api.backend.metacontrollers import Metacontrollers
 from regraft.dashboard_api.backend.missions import Missions
 from regraft.dashboard_api.backend.overview import Overview
 from regraft.dashboard_api.http import problems
+from regraft.dashboard_api.http.authentication import Callers
 from regraft.dashboard_api.http.authorization import Authorization
-from regraft.dashboard_api.http.callers import Callers
 from regraft.dashboard_api.http.document import openapi_document
 from regraft.dashboard_api.http.guard import Guard
 from regraft.dashboard_api.http.head import Head

@@ -10,7 +10,7 @@ from regraft.client import Client
 from regraft.dashboard_api.app import PREFIX, build
 from regraft.dashboard_api.backend.event_buffer import EventBuffer
 from regraft.dashboard_api.backend.manager import Services
-from regraft.dashboard_api.http.callers import Callers
+from regraft.dashboard_api.http.authentication import Callers
 from regraft.dashboard_api.server import HttpServer, bind
 from regraft.run_directory import folder
 from regraft.security.tokens import Tokens

@@ -38,7 +38,7 @@ from regraft.client import Client
 from regraft.dashboard_api import app
 from regraft.dashboard_api.backend.event_buffer import EventBuffer
 from regraft.dashboard_api.backend.manager import Services
-from regraft.dashboard_api.http.callers import Callers
+from regraft.dashboard_api.http.authentication import Callers
 from regraft.estimation.changes import changed
 from regraft.process.main import load_class
 from regraft.security.tokens import Tokens

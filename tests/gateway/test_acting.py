@@ -19,8 +19,8 @@ from fastapi import APIRouter, FastAPI
 from regraft import run_directory
 from regraft.bus_schema.model.description import ParameterDescription, ServiceDescription
 from regraft.dashboard_api.http import peers
+from regraft.dashboard_api.http.authentication import Callers, user_name
 from regraft.dashboard_api.http.authorization import Authorization
-from regraft.dashboard_api.http.callers import Callers, user_name
 from regraft.dashboard_api.http.document import ROLE
 from regraft.dashboard_api.http.roles import READING_METHODS, ROLES
 from regraft.security.tokens import Role, Tokens

@@ -9,7 +9,7 @@ import pytest
 from regraft import RefusalCode, RequestRefused
 from regraft.bus_schema.model.adaptation import Outcome, Swap
 from regraft.bus_schema.model.watched import Condition
-from regraft.dashboard_api.http.callers import user_name
+from regraft.dashboard_api.http.authentication import user_name
 from tests.gateway.conftest import Running
 from tests.support.waiting import PATIENCE, wait_until
 

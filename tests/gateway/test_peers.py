@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from regraft.dashboard_api.http import callers
-from regraft.dashboard_api.http.callers import is_own, user_name
+from regraft.dashboard_api.http import authentication
+from regraft.dashboard_api.http.authentication import is_own, user_name
 from regraft.dashboard_api.http.peers import CONNECTION, user_of
 from regraft.dashboard_api.http.sockets import Owner, asked, listed, owner
 
@@ -121,7 +121,7 @@ def test_root_and_the_gateway_s_own_user_may_act(
     uid: int, own: int, may: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "overflowuid").write_text("65534\n")
-    monkeypatch.setattr(callers, "OVERFLOW", tmp_path / "overflowuid")
+    monkeypatch.setattr(authentication, "OVERFLOW", tmp_path / "overflowuid")
     assert is_own(uid, own) is may
 
 

@@ -13,7 +13,7 @@ import pytest
 from regraft.adaptation_manager.planners.bandits.bandit_planner import BanditPlanner
 from regraft.bus_schema.model.adaptation import Outcome
 from regraft.bus_schema.model.robots.planners import planner_service
-from regraft.dashboard_api.http.callers import user_name
+from regraft.dashboard_api.http.authentication import user_name
 from regraft.dashboard_api.routes.planners import PROPOSAL_EXAMPLE
 from tests.gateway.conftest import client, start_gateway
 from tests.gateway.http.contract import contract

@@ -9,8 +9,8 @@ from typing import Annotated, Any
 from fastapi import Depends, Header, Query, Request
 
 from regraft.bus_schema.model.adaptation import AdaptationRequest
+from regraft.dashboard_api.http.authentication import CALLER, Caller
 from regraft.dashboard_api.http.body import built
-from regraft.dashboard_api.http.callers import CALLER, Caller
 from regraft.dashboard_api.http.problems import FORBIDDEN, Problem, malformed, violation
 
 MAX_ACTOR_LENGTH = 100

@@ -9,7 +9,7 @@ from typing import Any
 
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from regraft.dashboard_api.http.callers import CALLER, Callers
+from regraft.dashboard_api.http.authentication import CALLER, Callers
 from regraft.dashboard_api.http.problems import FORBIDDEN, Problem, bad_method, methods_at, nothing_at
 from regraft.dashboard_api.http.roles import READING_METHODS, ROLES, WEBSOCKET
 

@@ -9,7 +9,7 @@ from regraft.bus_schema.model.adaptation import Add, Move, Remove, SetParameters
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.robots.offers import offered_services
 from regraft.bus_schema.model.robots.planners import planner_of
-from regraft.dashboard_api.http.callers import Caller
+from regraft.dashboard_api.http.authentication import Caller
 from regraft.security.tokens import Role
 
 READING_METHODS: Final = ("GET", "HEAD", "OPTIONS")

@@ -193,7 +193,7 @@ def test_silence_is_filled_with_comments(tmp_path: Path, monkeypatch: pytest.Mon
     from regraft.client import Client
     from regraft.dashboard_api.app import build
     from regraft.dashboard_api.backend.manager import Services
-    from regraft.dashboard_api.http.callers import Callers
+    from regraft.dashboard_api.http.authentication import Callers
     from regraft.dashboard_api.server import HttpServer, bind
     from regraft.security.tokens import Tokens
 
