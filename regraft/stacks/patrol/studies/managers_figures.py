@@ -28,7 +28,7 @@ from regraft.stacks.patrol.studies.patrol_recorder import ranges_of
 
 Floats = NDArray[np.float64]
 DESIGNS: Final = ("performance", "normal", "slow", "energy_saving", "degraded", "degraded_energy_save", NO_MODE, REST)
-"""The realizations from the fastest to the slowest, and rest."""
+"""The realizations from the fastest to the slowest, then what was entered without a mode, and rest."""
 SPELLS: Final = {"laser fails": LASER, "camera is black": CAMERA, "crowd": CROWD}
 
 
