@@ -10,6 +10,7 @@ import secrets
 import socket
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from regraft import run_directory
 from regraft.bus.interface import Bus
@@ -40,6 +41,9 @@ PUMP = 0.05
 OPEN_TO_NOBODY = Guard()
 PORTS = range(10_000, 20_000)
 """TCP ports of hubs: below those that the kernel gives to outgoing connections."""
+LONGEST_SOCKET_PATH = 100
+"""Bytes. The kernel takes 107, and Zenoh's lock needs some of them."""
+MEANS_MORE_IN_ENDPOINTS = frozenset("?#;")
 
 
 @dataclass(slots=True)
@@ -67,6 +71,20 @@ def free_endpoint() -> str:
             probe.bind(("127.0.0.1", port))
             return f"tcp/127.0.0.1:{port}"
     raise OSError(f"none of the TCP ports {PORTS[0]} to {PORTS[-1]} is free")
+
+
+def endpoint_in(folder: Path) -> str:
+    """Return the endpoint at which the components of this machine reach the source of simulated time.
+
+    It is a Unix socket in the system's folder, which makes a run about a twentieth faster than TCP does. Where a path
+    is too long for a socket, it is a loopback endpoint that is free now.
+
+    Raises:
+        OSError: no port is free.
+    """
+    socket_file = str(folder / "clock.sock")
+    fits = len(os.fsencode(socket_file)) <= LONGEST_SOCKET_PATH and not set(socket_file) & MEANS_MORE_IN_ENDPOINTS
+    return f"unixsock-stream/{socket_file}" if fits else free_endpoint()
 
 
 def run_system(
@@ -162,7 +180,7 @@ def _plan(stack: Stack, duration: float | None, secret: str) -> HostPlan:
         free_endpoint(),
         secret,
         source,
-        free_endpoint() if source else "",
+        endpoint_in(folder) if source else "",
         stack.seed,
         duration,
         references=stack.references,

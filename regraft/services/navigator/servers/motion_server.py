@@ -16,7 +16,7 @@ from regraft.services.navigator.sensing.senses import SILENT_TIMEOUT
 from regraft.services.navigator.servers.map_user import LOOK_INTERVAL, MapUser
 from regraft.services.navigator.servers.motion import Ended, Motion
 
-FEEDBACK_INTERVAL = 0.2
+FEEDBACK_INTERVAL = 0.5
 
 M = TypeVar("M", bound=Motion)
 
