@@ -30,12 +30,7 @@ def summary(report: AdaptationReport) -> str:
     if report.request.reason:
         text += f" ({report.request.reason})"
     if report.violations:
-        text += ": " + "; ".join(_violation(v.component, v.field, v.problem) for v in report.violations)
+        text += ": " + "; ".join(map(str, report.violations))
     elif report.error:
         text += f": {report.error}"
     return text[:2000]
-
-
-def _violation(component: str, where: str, problem: str) -> str:
-    place = ".".join(filter(None, (component, where)))
-    return f"{place}: {problem}" if place else problem

@@ -81,7 +81,7 @@ class CarriedOut:
         """Why it has not come about, for people."""
         if self.report is None:
             return self.error or self.outcome
-        found = "; ".join(f"{each.place}: {each.problem}" for each in self.report.violations)
+        found = "; ".join(map(str, self.report.violations))
         return found or self.report.error or self.report.outcome.value
 
     @property

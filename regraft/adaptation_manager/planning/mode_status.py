@@ -40,8 +40,7 @@ async def _problem(mode: str, wanted: Architecture, controls: ComponentClient, h
     """Return why a mode cannot be entered now, empty if it can."""
     request = AdaptationRequest((EnterMode(mode),), dry_run=True)
     violations, _ = await check(request, wanted, controls, hosts, manager)
-    named = ((".".join(filter(None, (each.component, each.field))), each.problem) for each in violations)
-    return "; ".join(f"{where}: {problem}" if where else problem for where, problem in named)
+    return "; ".join(map(str, violations))
 
 
 class _Report:

@@ -239,8 +239,12 @@ class Violation:
 
     @property
     def place(self) -> str:
-        """Component and field as people write them: ``camera.rate``; the field alone where it is of no component."""
-        return f"{self.component}.{self.field}" if self.component else self.field
+        """Component and field as people write them: ``camera.rate``; one of them alone where the other is empty."""
+        return ".".join(filter(None, (self.component, self.field)))
+
+    def __str__(self) -> str:
+        """The place and what is wrong there."""
+        return ": ".join(filter(None, (self.place, self.problem)))
 
 
 class StepState(Enum):

@@ -103,7 +103,7 @@ def _after(before: Architecture, texts: Sequence[str]) -> Architecture:
     known_before = set(violations(before))
     for violation in violations(after):
         if violation not in known_before:
-            complain(f"an adaptation manager would reject this: {violation.place}: {violation.problem}")
+            complain(f"an adaptation manager would reject this: {violation}")
     return after
 
 

@@ -96,9 +96,8 @@ def mistakes(changes: Sequence[Change], known: Topology, describe: Describe) -> 
 def violation_line(violation: Violation, locations: Mapping[str, Location] = NO_FILE) -> str:
     """Return a violation as one line; one of a condition that is watched is led by its place in the request's file."""
     place = line_of(violation.field.split("."), locations) if is_of_watch(violation) else ""
-    where = ".".join(filter(None, (violation.component, violation.field)))
     number = "" if violation.change is None else f"change {violation.change}"
-    return ": ".join(filter(None, (place, number, where, violation.problem)))
+    return ": ".join(filter(None, (place, number, str(violation))))
 
 
 def is_of_watch(violation: Violation) -> bool:

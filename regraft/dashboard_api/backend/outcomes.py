@@ -40,7 +40,7 @@ def answer(report: AdaptationReport, response: Response, prefix: str, *, if_matc
 
 def _detail(report: AdaptationReport) -> str:
     if report.violations:
-        return "; ".join(": ".join(filter(None, (v.component, v.field, v.problem))) for v in report.violations)
+        return "; ".join(map(str, report.violations))
     return report.error or f"the adaptation ended as {report.outcome.value}"
 
 

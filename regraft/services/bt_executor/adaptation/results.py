@@ -61,8 +61,7 @@ def reported(report: AdaptationReport) -> Result:
     """Return what a manager's report means."""
     if report.outcome is Outcome.PENDING:
         return Result(NO_ANSWER, "the adaptation has not ended yet", report)
-    problems = [f"{each.component}: {each.problem}".removeprefix(": ") for each in report.violations]
-    why = "; ".join([*([report.error] if report.error else []), *problems])
+    why = "; ".join(filter(None, (report.error, *map(str, report.violations))))
     result = Result(report.outcome.value, why, report)
     return result if result.good or why else Result(result.outcome, "no reason given", report)
 

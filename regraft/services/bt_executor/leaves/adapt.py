@@ -65,6 +65,5 @@ class Adapt(Asking):
         write_if_connected(self, "revision", answer.revision_after)
         if answer.outcome in APPLIED:
             return SUCCESS
-        problems = [f"{each.component}: {each.problem}" for each in answer.violations]
-        why = "; ".join([*([answer.error] if answer.error else []), *problems]) or "no reason given"
+        why = "; ".join(filter(None, (answer.error, *map(str, answer.violations)))) or "no reason given"
         return self.failed(f"the adaptation was {answer.outcome.value}: {why}")
