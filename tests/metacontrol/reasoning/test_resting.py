@@ -54,7 +54,7 @@ def test_what_is_to_blame_ends_the_rest_when_it_recovers() -> None:
     resting = Resting()
     resting.add("d", "o", 0.0, ["laser"])
     resting.add("e", "o", 0.0, ["camera"])
-    resting.recovered(["laser", "battery"])
+    assert resting.recovered(["laser", "battery"]) == {"d"}
     assert [rest.design for rest in resting.all(1.0)] == ["e"]
 
 

@@ -63,6 +63,8 @@ class Monitor:
         self._reported: set[str] = {name for name in known.get("reported", ()) if name in model.components}
         self._seen_failed: set[str] = {name for name in known.get("failed", ()) if name in model.components}
         self._recovered: set[str] = {name for name in known.get("recovered", ()) if name in model.components}
+        self._seen_down: set[str] = set(known.get("down", ()))
+        self._back: set[str] = set(known.get("back", ()))
         self._errors: dict[str, float] = dict(known.get("errors", {}))
 
     def remembered(self) -> dict[str, PlainValue]:
@@ -77,6 +79,8 @@ class Monitor:
             "reported": sorted(self._reported),
             "failed": sorted(self._seen_failed),
             "recovered": sorted(self._recovered),
+            "down": sorted(self._seen_down),
+            "back": sorted(self._back),
             "errors": dict(self._errors),
         }
 
@@ -192,6 +196,11 @@ class Monitor:
         """The components that have recovered since the last decision."""
         return frozenset(self._recovered)
 
+    def take_back(self) -> frozenset[str]:
+        """Return the components of the system that were down and are no more, each once, by their full names."""
+        back, self._back = frozenset(self._back), set()
+        return back
+
     def decided(self, recovered: Collection[str]) -> None:
         """Note that a decision has taken recoveries into account; later ones are left for the next."""
         self._recovered -= set(recovered)
@@ -215,6 +224,9 @@ class Monitor:
         failed = set(self.failed)
         self._recovered = (self._recovered | (self._seen_failed - failed)) - failed
         self._seen_failed = failed
+        down = set(self.down)
+        self._back = (self._back | (self._seen_down - down)) - down
+        self._seen_down = down
 
 
 def _number(value: PlainValue) -> float | None:

@@ -116,6 +116,7 @@ class ControlState:
         objectives = (*(entry.objective for entry in self.store), *further)
         recovered = self.monitor.recovered
         self.resting.recovered(recovered)
+        self._returned |= self.resting.recovered(self.monitor.take_back())
         returned = frozenset(self._returned)
         known = Known(
             objectives, self.groundings, self.monitor, self.resting, self.designs, self._unavailable, returned
@@ -152,7 +153,8 @@ class ControlState:
 
     def failed(self, decisions: Iterable[Decision], components: Iterable[str], why: str, now: float) -> None:
         """Let designs rest that could not be put in place."""
-        blamed = self._individuals(components)
+        # A component that was down ends the rest when it is back, though the knowledge base may not have it.
+        blamed = self._individuals(components) | (self.monitor.down & set(components))
         for each in decisions:
             if each.design is not None:
                 self.resting.add(each.design, each.objective, now, blamed, f"it could not be entered: {why}")

@@ -18,7 +18,7 @@ LONGEST: Final = 600.0
 class Rest:
     """A design that rests for an objective, some seconds long, until a time of the caller's clock.
 
-    ``blamed`` are components and qualities: when one of them recovers, the rest is over.
+    ``blamed`` are components and qualities, by any names: when one of them recovers, the rest is over.
     """
 
     design: str
@@ -76,10 +76,13 @@ class Resting:
         rest = self._rests.get((design, objective))
         return rest if rest is not None and now < rest.until else None
 
-    def recovered(self, names: Iterable[str]) -> None:
-        """End the rests for which one of these components and qualities was to blame."""
+    def recovered(self, names: Iterable[str]) -> set[str]:
+        """End the rests for which one of these components and qualities was to blame; returns their designs."""
         gone = set(names)
-        self._rests = {key: rest for key, rest in self._rests.items() if not rest.blamed & gone}
+        over = [key for key, rest in self._rests.items() if rest.blamed & gone]
+        for key in over:
+            del self._rests[key]
+        return {design for design, _ in over}
 
     def forget(self, objective: str) -> None:
         """Forget all rests of an objective that has ended."""
