@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from regraft import CallFailed, Component, Input, Parameter, every
+from regraft.bus_schema.messages.health import Diagnostic, Level
 from regraft.bus_schema.messages.management.objectives import LIST, ObjectivesQuery, ObjectivesStatus
 from regraft.bus_schema.messages.management.system import SystemStates
 from regraft.bus_schema.messages.mission import MissionStatus
@@ -29,7 +30,7 @@ class Seen:
 class Witness(Component):
     """A line for each half second.
 
-    Reasons are those of the objectives, the mission's trouble, and the dock.
+    Reasons are those of the objectives, the mission's trouble, the dock, and errors that components report.
     """
 
     file = Parameter("", "the file that is written", unit="path", read_only=True)
@@ -38,6 +39,19 @@ class Witness(Component):
     truth = Input(GroundTruth, topic="ground_truth", latest_only=True)
     mission = Input(MissionStatus, latest_only=True)
     charger = Input(ChargerState, latest_only=True)
+    diagnostics = Input(Diagnostic)
+
+    def on_configure(self) -> None:
+        """Nothing is wrong yet."""
+        self._errors: dict[tuple[str, str], str] = {}
+
+    @diagnostics.handler
+    def on_diagnostic(self, diagnostic: Diagnostic) -> None:
+        """Keep an error until it is over."""
+        place = (diagnostic.source, diagnostic.subject)
+        self._errors.pop(place, None)
+        if diagnostic.level is Level.ERROR:
+            self._errors[place] = f"{diagnostic.source}: {diagnostic.text}"
 
     @every(hz=2.0)
     async def write(self) -> None:
@@ -55,7 +69,7 @@ class Witness(Component):
     async def _reasons(self) -> list[str]:
         mission, charger = self.mission.latest, self.charger.latest
         trouble = mission.blackboard.get("trouble") if mission is not None else None
-        found = [str(trouble)] if trouble else []
+        found = [*self._errors.values(), *([str(trouble)] if trouble else [])]
         if charger is not None and charger.connected:
             found.append("it is on the dock")
         try:
