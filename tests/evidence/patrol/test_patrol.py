@@ -21,9 +21,10 @@ RUNS = 10
 def rows(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, float]]:
     """Run every seed once, and return the measures of each."""
     home = tmp_path_factory.mktemp("patrol")
-    words = ("evaluate", "patrol-managers", "--configurations", "metacontrol", "--runs", str(RUNS))
     out = home / "runs"
-    ended = run(*words, "--for", f"{SECONDS:g}", "--out", str(out), environment=in_home(home), within=7000.0)
+    study = ("evaluate", "patrol-managers", "--configurations", "metacontrol", "--runs", str(RUNS))
+    options = ("--for", f"{SECONDS:g}", "--parallel", "2", "--out", str(out))
+    ended = run(*study, *options, environment=in_home(home), within=7000.0)
     assert ended.returncode == 0, ended.stderr
     with (out / "results.csv").open(newline="") as file:
         found = list(csv.DictReader(file))
