@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from regraft import CallFailed, Component, Input, Parameter, every
-from regraft.bus_schema.messages.health import Diagnostic, Level
-from regraft.bus_schema.messages.management.objectives import LIST, ObjectivesQuery, ObjectivesStatus
-from regraft.bus_schema.messages.management.system import SystemStates
+from regraft.bus_schema.messages.health import Level
+from regraft.bus_schema.messages.management.objectives import COMPONENT_STATUS, LIST, ObjectivesQuery, ObjectivesStatus
+from regraft.bus_schema.messages.management.system import SystemDiagnostics, SystemStates
 from regraft.bus_schema.messages.mission import MissionStatus
 from regraft.bus_schema.messages.power import ChargerState
 from regraft.bus_schema.messages.world import GroundTruth
@@ -39,19 +39,7 @@ class Witness(Component):
     truth = Input(GroundTruth, topic="ground_truth", latest_only=True)
     mission = Input(MissionStatus, latest_only=True)
     charger = Input(ChargerState, latest_only=True)
-    diagnostics = Input(Diagnostic)
-
-    def on_configure(self) -> None:
-        """Nothing is wrong yet."""
-        self._errors: dict[tuple[str, str], str] = {}
-
-    @diagnostics.handler
-    def on_diagnostic(self, diagnostic: Diagnostic) -> None:
-        """Keep an error until it is over."""
-        place = (diagnostic.source, diagnostic.subject)
-        self._errors.pop(place, None)
-        if diagnostic.level is Level.ERROR:
-            self._errors[place] = f"{diagnostic.source}: {diagnostic.text}"
+    diagnostics = Input(SystemDiagnostics, topic="system/diagnostics", latest_only=True)
 
     @every(hz=2.0)
     async def write(self) -> None:
@@ -69,7 +57,7 @@ class Witness(Component):
     async def _reasons(self) -> list[str]:
         mission, charger = self.mission.latest, self.charger.latest
         trouble = mission.blackboard.get("trouble") if mission is not None else None
-        found = [*self._errors.values(), *([str(trouble)] if trouble else [])]
+        found = [*self._errors(), *([str(trouble)] if trouble else [])]
         if charger is not None and charger.connected:
             found.append("it is on the dock")
         try:
@@ -78,6 +66,12 @@ class Witness(Component):
         except CallFailed as error:
             return [*found, str(error)]
         return [*found, *(reason for each in told.objectives for reason in each.reasons)]
+
+    def _errors(self) -> list[str]:
+        """Return what components report of themselves."""
+        known = self.diagnostics.latest
+        errors = [each for each in known.present if each.level is Level.ERROR] if known is not None else []
+        return [f"{each.source}: {each.text}" for each in errors if each.text != COMPONENT_STATUS]
 
 
 def read(file: Path) -> list[Seen]:
