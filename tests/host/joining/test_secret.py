@@ -7,6 +7,7 @@ import os
 import stat
 import subprocess
 import sys
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -99,20 +100,25 @@ def test_no_door_of_a_system_lets_a_session_in_that_has_no_or_another_secret(sys
     open_bus(system.info.hub).close()
 
 
-def test_the_worlds_own_door_is_as_narrow(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
-    stack = tmp_path / "stack.yaml"
-    stack.write_text(SIMULATED)
-    system = System(stack)
-    try:
-        system.wait_running("world")
-        ports = set(listening(system.process.pid))
-        assert len(ports) == 2, "the host and the world listen"
-        for port in ports:
-            refused(f"tcp/127.0.0.1:{port}")
-            open_bus(Endpoints(connect=(f"tcp/127.0.0.1:{port}",), secret=system.info.secret), lockstep=True).close()
-    finally:
-        system.end()
+@pytest.mark.parametrize("name", ["short", "long" * 25])
+def test_the_worlds_own_door_is_as_narrow(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is a Unix socket in the system's folder, or a port where the folder's path is too long for one."""
+    with tempfile.TemporaryDirectory(prefix="regraft-", dir="/tmp") as folder:
+        monkeypatch.setenv("REGRAFT_HOME", f"{folder}/{name}")
+        stack = Path(folder) / "stack.yaml"
+        stack.write_text(SIMULATED)
+        system = System(stack)
+        try:
+            system.wait_running("world")
+            doors = {f"tcp/127.0.0.1:{port}" for port in listening(system.process.pid)}
+            doors |= {f"unixsock-stream/{file}" for file in Path(folder).rglob("clock.sock")}
+            assert len(doors) == 2, "the host and the world listen"
+            assert any(door.startswith("unixsock") for door in doors) == (name == "short")
+            for door in doors:
+                refused(door)
+                open_bus(Endpoints(connect=(door,), secret=system.info.secret), lockstep=True).close()
+        finally:
+            system.end()
 
 
 def test_a_router_that_is_no_member_is_not_linked(system: System) -> None:
