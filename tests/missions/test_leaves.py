@@ -109,7 +109,7 @@ def test_a_rejected_adaptation_is_a_failure_that_says_why() -> None:
         board = status(rig).blackboard
         assert status(rig).state is MissionState.FAILED
         assert board["outcome"] == "rejected"
-        assert board["why"] == "the adaptation was rejected: detector: there is no such component"
+        assert board["why"] == "the adaptation was rejected: detector.component: there is no such component"
 
 
 def test_a_manager_that_does_not_answer_is_waited_for_within_bounds() -> None:

@@ -86,7 +86,7 @@ def test_how_well_it_is_followed_is_reported(bench: Bench) -> None:
 
 def test_the_tracking_error_is_positive_left_of_the_path_and_for_a_heading_to_its_right(bench: Bench) -> None:
     goal = follow(bench, 3.4, 2.0)
-    bench.run(1.0)
+    bench.run(1.3)
     bench.stage.robot.pose = Pose2D(bench.pose.x, 2.2, -0.3)
     bench.run(0.3)
     assert goal.feedback is not None
