@@ -19,7 +19,7 @@ from regraft.bus_schema.model.robots.planners import planner_service
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """What was so at a time (s): the active components, the place (m), and why the robot might stand."""
+    """A time (s), the components that are active then, the place (m), and why the robot might stand."""
 
     time: float
     active: frozenset[str]

@@ -36,6 +36,8 @@ FAILURES = tuple(20.0 + 40.0 * number for number in range(4))
 """When (s) the laser falls silent."""
 SILENT = 15.0
 """s for which it is so."""
+LEAST_WAY = 15.0
+"""m that a patrol which continues has driven at least."""
 LONG = 20.0
 """s for which a robot may stand without a reason: a person may be in its way."""
 MOVED = 0.1
@@ -114,4 +116,5 @@ def run_and_watch(home: Path, victim: str, times: list[float]) -> list[Seen]:
     ]
     summary = ran(stack, home, SECONDS, f"world.failures={json.dumps(failures)}", "gateway.port=0")
     print(f"{victim}, killed at {times}: {summary['distance']:.1f} m")
+    assert summary["distance"] > LEAST_WAY
     return read(seen)
