@@ -170,6 +170,9 @@ class Kit(Protocol):
     def recovered(self) -> None:
         """Report that what ``fail`` was called for is over. The state stays; the component can be configured again."""
 
+    def checkpoint(self) -> None:
+        """Publish a checkpoint now: for a state that changes seldom, instead of the class's ``checkpoint_every``."""
+
     def hold_time(self, hold: bool) -> None:
         """Have simulated time stand still from the end of this tick on, or let it continue.
 

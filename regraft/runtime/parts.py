@@ -72,6 +72,7 @@ class Parts:
         self.holds_time = False
         self.failing = ""
         self.fail: Callable[[], None] = lambda: None
+        self.checkpoint: Callable[[], None] = lambda: None
         self.around: Callable[[Callable[[], object]], Callable[[], object]] = lambda call: call
         self.tasks = Tasks()
         self.timers = Timers()

@@ -47,6 +47,7 @@ class Runtime(Parts):
         vars(self.component).update({name: self.inputs[name] for name in of_class.inputs})
         vars(self.component).update({name: self.outputs[name] for name in of_class.outputs})
         self.checkpoints = Checkpoints(self)
+        self.checkpoint = self.checkpoints.publish
         self.connections = Connections(self)
         self.rewiring = Rewiring(self, self.connections)
         self.marker_listeners.append(self.rewiring.saw_marker)

@@ -108,3 +108,35 @@ def test_obstacles_that_a_new_map_has_are_no_longer_unmapped_and_the_others_stay
     sight.reconsider(GridPlanner(rasterise([*ROOM, BOX], (84, 84), (-0.1, -0.1))))
     assert len(sight.unmapped) > 2
     assert (sight.unmapped[:, 1] > 2.5).all()
+
+
+def walk(sight: Sight, robot: Robot, seconds: float) -> None:
+    """Let a person walk along y = 2 towards the robot, who hides with each step where it was."""
+    for number in range(int(seconds / 0.2)):
+        robot.boxes, robot.time = [*ROOM, Box(3.5 - 0.1 * number, 2.0, 0.3, 0.3)], robot.time + 0.2
+        look(sight, robot)
+
+
+def test_trail_of_what_moved_in_its_own_shadow_is_soon_forgotten() -> None:
+    sight, robot = Sight(least_memory=1.0), Robot(Pose2D(0.5, 2.0, 0.0), ROOM)
+    walk(sight, robot, 4.0)
+    assert sight.unmapped[:, 0].max() < 2.5  # it is at 1.6 m
+    assert sight.unmapped[:, 0].min() < 1.5
+
+
+def test_without_that_the_trail_stays() -> None:
+    sight, robot = Sight(), Robot(Pose2D(0.5, 2.0, 0.0), ROOM)
+    walk(sight, robot, 4.0)
+    assert sight.unmapped[:, 0].max() > 3.0
+
+
+def test_what_stood_is_remembered_ten_times_as_long_as_it_was_seen() -> None:
+    sight, robot = Sight(least_memory=1.0), Robot(POSE, [*ROOM, BOX])
+    for _ in range(6):
+        look(sight, robot)
+        robot.time += 0.2
+    robot.boxes = [*ROOM, Box(1.6, 2.0, 0.1, 0.6), BOX]
+    for seconds, there in ((9.8, True), (10.4, False)):
+        robot.time = 1.0 + seconds
+        look(sight, robot)
+        assert bool((sight.unmapped[:, 0] > 1.75).any()) is there

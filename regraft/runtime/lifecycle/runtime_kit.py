@@ -148,6 +148,9 @@ class RuntimeKit(Kit):
         self._parts.failing = ""
         self._parts.reporter.recovered("by_itself", "what had failed is over")
 
+    def checkpoint(self) -> None:
+        self._parts.guarded("checkpoint", self._parts.checkpoint)
+
     def hold_time(self, hold: bool) -> None:
         self._parts.holds_time = hold
 

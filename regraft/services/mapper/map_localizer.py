@@ -14,7 +14,7 @@ from regraft.services import robot_parameters
 from regraft.services.mapper import estimates
 from regraft.services.mapper.conversions import localized, planar_pose, scan_of
 from regraft.services.mapper.fit_watch import FitWatch
-from regraft.services.mapper.mapping import GridSettings, Mapping
+from regraft.services.mapper.mapping import GridSettings, Mapping, Steps
 from regraft.services.mapper.maps.map_files import FiledMap
 from regraft.services.mapper.matching.localizer import Limits, MatchingLocalizer
 from regraft.services.mapper.odometry_log import OdometryLog
@@ -36,7 +36,8 @@ class MapLocalizer(Component):
 
     A pose that no scan confirms grows wrong with the odometry. ``transform_tolerance`` bounds for how long it is
     published after the last scan that was located, or after the activation. A scan that equals the one before, or that
-    has nothing on the map to compare with, is not located.
+    has nothing on the map to compare with, is not located. None is until the
+    robot has moved by ``update_min_d`` or turned by ``update_min_a`` since a scan fitted. The names are those of AMCL.
     """
 
     state_version = 1
@@ -55,6 +56,12 @@ class MapLocalizer(Component):
     )
     largest_turn = Parameter(
         0.35, "how far one scan may turn the pose without a search", minimum=0.01, maximum=1.0, unit="rad"
+    )
+    update_min_d = Parameter(
+        0.0, "how far the robot has to move until the next scan is located; 0: every scan is", minimum=0.0, unit="m"
+    )
+    update_min_a = Parameter(
+        0.0, "how far the robot has to turn until the next scan is located; 0: every scan is", minimum=0.0, unit="rad"
     )
     transform_tolerance = Parameter(
         0.0,
@@ -103,6 +110,7 @@ class MapLocalizer(Component):
         log = OdometryLog(self.velocity_limit, self.turn_rate_limit)
         self.mapping = Mapping(GridSettings(self.resolution, self.resolution, self.largest), localizer, log)
         self.mapping.updating = False
+        self.mapping.steps = self._steps()
         self._troubles = Troubles(self.kit.diagnose)
         self._fit_watch = FitWatch(self.kit, self.mapping, self._troubles)
         self._looked_at: OccupancyGrid | None = None
@@ -121,9 +129,13 @@ class MapLocalizer(Component):
         """Take over what a match must be like."""
         if hasattr(self, "mapping"):
             self.mapping.localizer.limits = self._limits()
+            self.mapping.steps = self._steps()
 
     def _limits(self) -> Limits:
         return Limits(self.least_ratio, self.largest_correction, self.largest_turn)
+
+    def _steps(self) -> Steps:
+        return Steps(self.update_min_d, self.update_min_a)
 
     @odometry.handler
     def on_odometry(self, message: Odometry) -> None:

@@ -28,6 +28,17 @@ RATIOS = 100
 
 
 @dataclass(frozen=True, slots=True)
+class Steps:
+    """How far the robot has to move (m) or turn (rad) until the next scan is located; 0: every scan is."""
+
+    distance: float = 0.0
+    angle: float = 0.0
+
+
+EVERY_SCAN = Steps()
+
+
+@dataclass(frozen=True, slots=True)
 class GridSettings:
     """The grid that is begun: side of a cell, side of the first square, and of the largest one (m)."""
 
@@ -46,7 +57,9 @@ class Mapping:
         drift: what the localizer corrected lately.
         fits: whether everything that was seen lay within the largest grid.
         fix: the localizer's result for the last scan.
-        located_at: stamp (s) of the last scan that was found to fit the map somewhere, None before the first.
+        located_at: stamp (s) of the last scan that was found to fit the map somewhere, None before the first. One that
+            comes before the robot has moved by ``steps`` counts, too.
+        steps: how far the robot has to move until the next scan is located.
         updating: whether scans are written into the map.
         frozen: whether the last scan repeats the one before, to the last digit, though the robot moved.
     """
@@ -58,6 +71,7 @@ class Mapping:
         self.fix: Fix | None = None
         self.located_at: float | None = None
         self.updating = True
+        self.steps = EVERY_SCAN
         self.frozen = False
         self._settings = settings
         self._grid: Grid | None = None
@@ -69,6 +83,8 @@ class Mapping:
         self._last_scan: tuple[Scan, Pose2D] | None = None
         self._inserted: tuple[float, Pose2D] | None = None
         self._ratios: deque[float] = deque(maxlen=RATIOS)
+        # Where the odometry was at the last scan that fitted the map; None if the robot's place has been changed since.
+        self._fitted: Pose2D | None = None
 
     @property
     def grid(self) -> Grid | None:
@@ -94,7 +110,7 @@ class Mapping:
         jump = self._odometry.add(stamp, pose)
         if jump:
             self._correction = self._correction.compose(jump.before).compose(jump.after.inverse())
-            self._waiting = None
+            self._waiting = self._fitted = None
         if self._grid is None:
             self._use(Grid(self._settings.resolution, (pose.x, pose.y), self._settings.size, self._settings.largest))
         waiting = self._waiting
@@ -121,8 +137,12 @@ class Mapping:
             return False
         if self._repeats(scan, odometry):
             return True
+        if self._is_still_there(odometry):
+            self.located_at = scan.stamp
+            return True
         guess = self.in_map(odometry)
         fix = self.fix = self.localizer.locate(self._grid, scan, guess)
+        self._fitted = odometry if fix.fits and fix.match else None
         if fix.match:
             self._ratios.append(fix.match.ratio)
         if not fix.fits:
@@ -152,6 +172,14 @@ class Mapping:
         self.frozen = last[1].distance(odometry) > MOVED or abs(wrap_angle(odometry.yaw - last[1].yaw)) > TURNED
         return True
 
+    def _is_still_there(self, odometry: Pose2D) -> bool:
+        """Return whether the robot has hardly moved since a scan fitted the map."""
+        then = self._fitted
+        if then is None:
+            return False
+        turned = abs(wrap_angle(odometry.yaw - then.yaw))
+        return then.distance(odometry) < self.steps.distance and turned < self.steps.angle
+
     def _is_news(self, stamp: float, pose: Pose2D) -> bool:
         if self._inserted is None:
             return True
@@ -166,6 +194,7 @@ class Mapping:
     def suppose(self, found: Match, odometry: Pose2D) -> None:
         """Take the robot to have been at a match when the odometry was there; the next scan shows whether it was."""
         self._correction = found.pose.compose(odometry.inverse())
+        self._fitted = None
         self.drift.forget()
 
     def believe(self, stamp: float, pose: Pose2D) -> bool:
@@ -174,6 +203,7 @@ class Mapping:
         if odometry is None:
             return False
         self._correction = pose.compose(odometry.inverse())
+        self._fitted = None
         self.drift.forget()
         return True
 
@@ -196,7 +226,8 @@ class Mapping:
         grid = Grid(wanted, (filed.x, filed.y), wanted, self._settings.largest)
         grid.fill(filed.cells, filed.x, filed.y)
         self._use(grid)
-        self._inserted, self.fits = None, True
+        self._inserted = self._fitted = None
+        self.fits = True
         self._ratios.clear()
         self.drift.forget()
         self.localizer.forget()
@@ -228,5 +259,5 @@ class Mapping:
         if state["odometry"] is not None:
             stamp, *pose = map(float, state["odometry"])
             self._odometry.add(stamp, Pose2D(*pose))
-        self._waiting = self._last_scan = self._inserted = None
+        self._waiting = self._last_scan = self._inserted = self._fitted = None
         self.localizer.forget()

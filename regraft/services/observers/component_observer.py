@@ -50,7 +50,7 @@ class ComponentObserver(Component):
 
     resources = Resources(cpu=0.01, memory=25.0)
     state_version = 1
-    checkpoint_every = 0.5
+    checkpoint_every = 1.0
 
     observed = Parameter("", "the generated observed_components.yaml", unit="path", read_only=True, exists=True)
     sensors = Records(WatchedSensor, "components of sensors' topics, where they are not the topics' writers")

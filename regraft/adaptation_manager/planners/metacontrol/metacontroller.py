@@ -49,8 +49,6 @@ NO_MANAGER: Final = (
     "needs an adaptation manager, which enters the modes that it decides on: add a component of the class "
     "regraft.adaptation_manager.manager:AdaptationManager"
 )
-KEPT_WITHIN: Final = 1.0
-"""Seconds that an answer waits at the most until the host has what it promises."""
 LONGEST: Final = 86_400.0
 
 
@@ -63,7 +61,6 @@ class Metacontroller(Component):
 
     resources = Resources(cpu=0.05, memory=80.0)
     state_version = 1
-    checkpoint_every = 0.2
     handler_timeout = 10.0  # the knowledge base is loaded in a hook
 
     states = Input(SystemStates, topic="system/states", latest_only=True)
@@ -110,11 +107,9 @@ class Metacontroller(Component):
         """Load skills and knowledge; raises ValueError with all that is wrong."""
         knowledge, skills = load_all(self.skills, self.knowledge)
         self._state = ControlState(knowledge, skills, self.kit.scope)
-        self._version = self._kept = 0
 
     def snapshot(self) -> PlainValue:
         """Return objectives, what provides them, and what has failed."""
-        self._kept = self._version
         return self._state.remembered()
 
     def restore(self, state: PlainValue) -> None:
@@ -200,7 +195,9 @@ class Metacontroller(Component):
                 await self._wake
             self._due = False
             self._begun += 1
+            self.kit.checkpoint()
             await self._cycle_once()
+            self.kit.checkpoint()
             self._done = self._begun
             self._notify()
 
@@ -223,7 +220,6 @@ class Metacontroller(Component):
             self._cycle.trouble = f"the reasoner failed: {error}"
             kept = keep_knowledge(self._state, self.saved_in, self.kit.system)
             self._log.complain("metacontrol.reasoner_failed", f"{error}; {kept}")
-        self._version += 1
         self._log.show(self._status())
 
     def _settings(self) -> Settings:
@@ -246,15 +242,11 @@ class Metacontroller(Component):
         return future
 
     async def _settled(self) -> None:
-        """Wait until a cycle that begins from now on is done, and what was promised is kept; for a while at most."""
-        self._version += 1
-        version, number = self._version, self._begun + 1
+        """Wait until a cycle that begins from now on is done: a checkpoint has what was promised."""
+        number = self._begun + 1
         self._begin_cycle()
         while self._done < number:
             await self._news()
-        end = self.kit.now() + KEPT_WITHIN
-        while self._kept < version and self.kit.now() < end:
-            await self.kit.sleep(self.checkpoint_every / 4)
 
     # --- for clients ---
 
@@ -272,7 +264,6 @@ class Metacontroller(Component):
         owner = self.kit.goal_id
         (entry,) = self._state.store.add([goal], owner, where="")
         name = entry.given.name
-        self._version += 1
         self._begin_cycle()
         shown: wire.ObjectiveStatus | None = None
         try:
@@ -350,7 +341,6 @@ class Metacontroller(Component):
             self._state.monitor.set_context(request.context)
         except Implausible as error:
             raise RequestRefused(str(error), RefusalCode.NOT_FOUND, field="context") from None
-        self._version += 1
         self._begin_cycle()
         return wire.ContextStatus(request.context, before)
 

@@ -22,6 +22,7 @@ SEEN_THROUGH = 0.10  # m: how far behind a mark an echo must be to prove the mar
 # A beam without echo may have got lost, so a mark needs this many in a row to be gone.
 LOST_BEAMS = 3
 FORGET_TIMEOUT = 60.0  # s without seeing the place again
+STAY_FACTOR = 10.0  # a mark is remembered so many times as long as something was there
 UNSEEN_REACH = 2.0  # m around the robot in which mapped obstacles count that a scan does not look at
 # Something too near to be measured is taken to be so far (m) outside of the robot. There it can still turn in place.
 EDGE = 0.04
@@ -36,12 +37,15 @@ class Sight:
     robot's pose in the map jumps: they are kept as seen from the robot. Nothing else can be within `half_width` (m) of
     the middle of its axle.
 
+    Something that moves leaves marks where it was, and those in its shadow are not looked through. So a mark is
+    remembered for a time that grows with how long something was there: at least `least_memory`, at most 60 s.
+
     A scan that does not look all around, such as a depth camera's, proves nothing elsewhere. There the remembered
     obstacles and those of the map count, so that the robot turns and backs up into neither.
     """
 
-    def __init__(self, half_width: float = usual.OUTLINE[2]) -> None:
-        self._half_width = half_width
+    def __init__(self, half_width: float = usual.OUTLINE[2], least_memory: float = FORGET_TIMEOUT) -> None:
+        self._half_width, self._least_memory = half_width, least_memory
         self.stamp = -math.inf
         self.obstacles: FloatArray = NO_POINTS
         """Return the points of the latest scan and known ones out of its view: (N, 2) in m, in the map."""
@@ -50,12 +54,12 @@ class Sight:
         self.track = Track()
         self.pose = Pose2D(0.0, 0.0, 0.0)
         """Where the robot is in the track's frame."""
-        # All of these are in the track's frame. A mark's value: when it was last seen, and beams lost since.
+        # All of these are in the track's frame. A mark's value: when it was first and last seen, and beams lost since.
         self._seen: FloatArray = NO_POINTS
         # Not looked at by the latest scan: obstacles of the map, and marks.
         self._unseen: tuple[FloatArray, FloatArray] = (NO_POINTS, NO_POINTS)
         self._poses: list[tuple[float, Pose2D]] = []
-        self._marks: dict[tuple[int, int], tuple[float, int]] = {}
+        self._marks: dict[tuple[int, int], tuple[float, float, int]] = {}
 
     def absorb(self, stamp: float, pose: Pose2D, twist: Twist2D, scan: Scan | None, planner: GridPlanner) -> None:
         """Take in the robot's place at `stamp` (s), its motion, and the latest scan, perhaps an old one."""
@@ -95,7 +99,7 @@ class Sight:
             "stamp": self.stamp,
             "seen": self._seen.tolist(),
             "poses": [[then, where.x, where.y, where.yaw] for then, where in self._poses],
-            "marks": [[x, y, stamp, lost] for (x, y), (stamp, lost) in self._marks.items()],
+            "marks": [[x, y, *seen] for (x, y), seen in self._marks.items()],
             "track": self.track.snapshot(),
         }
 
@@ -106,7 +110,7 @@ class Sight:
         mapped, marks = (np.array(points, dtype=np.float64) for points in state.get("unseen", ([], [])))
         self._unseen = (mapped.reshape(-1, 2), marks.reshape(-1, 2))
         self._poses = [(then, Pose2D(x, y, yaw)) for then, x, y, yaw in state["poses"]]
-        self._marks = {(x, y): (stamp, lost) for x, y, stamp, lost in state["marks"]}
+        self._marks = {(x, y): (first, last, lost) for x, y, first, last, lost in state["marks"]}
         self.track.restore(state["track"])
         self.pose = self._poses[-1][1] if self._poses else self.pose
         self._place()
@@ -118,7 +122,8 @@ class Sight:
         self._clear(scan, taken_at)
         new = self._seen[~_explained(self._in_map(self._seen), planner)]
         for x, y in np.floor(new / MARK).astype(int).tolist():
-            self._marks[(x, y)] = (scan.stamp, 0)
+            known = self._marks.get((x, y))
+            self._marks[(x, y)] = (known[0] if known else scan.stamp, scan.stamp, 0)
         self._add_near(scan, taken_at)
         self._unseen = self._not_looked_at(scan, taken_at, planner)
         self._place()
@@ -181,14 +186,18 @@ class Sight:
         lost = np.isposinf(ranges) & (distance + SEEN_THROUGH < scan.range_max)
         gone = np.isfinite(ranges) & (ranges > distance + SEEN_THROUGH)
         gone |= np.hypot(seen_from_base[:, 0], seen_from_base[:, 1]) < self._half_width
-        for (mark, (seen_at, lost_before)), is_gone, is_lost in zip(
+        for (mark, (first, last, lost_before)), is_gone, is_lost in zip(
             list(self._marks.items()), gone.tolist(), lost.tolist(), strict=True
         ):
             beams = lost_before + 1 if is_lost else 0
-            if is_gone or beams >= LOST_BEAMS or scan.stamp - seen_at > FORGET_TIMEOUT:
+            if is_gone or beams >= LOST_BEAMS or scan.stamp - last > self._memory(last - first):
                 del self._marks[mark]
             elif beams != lost_before:
-                self._marks[mark] = (seen_at, beams)
+                self._marks[mark] = (first, last, beams)
+
+    def _memory(self, stay: float) -> float:
+        """Return for how long (s) a mark is remembered where something was for ``stay`` (s)."""
+        return min(max(STAY_FACTOR * stay, self._least_memory), FORGET_TIMEOUT)
 
 
 def _unseen(scan: Scan, taken_at: Pose2D, points: FloatArray) -> FloatArray:

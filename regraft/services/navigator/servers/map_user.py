@@ -11,6 +11,7 @@ from regraft.bus_schema.messages.health import Level
 from regraft.services import robot_parameters
 from regraft.services.navigator.driving.robot import Footprint
 from regraft.services.navigator.planning.terrain import Inflation
+from regraft.services.navigator.sensing.sight import FORGET_TIMEOUT
 from regraft.services.navigator.servers.surroundings import BadMap, Surroundings
 
 LOOK_INTERVAL = 0.05
@@ -21,6 +22,14 @@ class MapUser(Component):
     """Follows map, odometry and scan; a subclass offers what is done with them."""
 
     ready_within = Parameter(5.0, "how long a goal waits for the first map and odometry", minimum=0.0, unit="s")
+    least_memory = Parameter(
+        FORGET_TIMEOUT,
+        "for how long an obstacle is remembered at least where no scan looks: ten times as long as it was there",
+        minimum=0.0,
+        maximum=FORGET_TIMEOUT,
+        unit="s",
+        read_only=True,
+    )
     radius = robot_parameters.radius(read_only=True)
     turning_room = robot_parameters.turning_room(read_only=True)
     outline = robot_parameters.outline()
@@ -39,7 +48,7 @@ class MapUser(Component):
         """Begin without a map."""
         self._footprint = Footprint(*self.outline) if self.outline else Footprint.disc(self.radius)
         self._inflation = Inflation.of(self.radius, self.turning_room)
-        self._surroundings = Surroundings(self._inflation, self._footprint.half_width)
+        self._surroundings = Surroundings(self._inflation, self._footprint.half_width, self.least_memory)
 
     def _look(self) -> None:
         """Take in what has come."""

@@ -18,7 +18,7 @@ from regraft.services.navigator.planning.grid_planner import GridPlanner
 from regraft.services.navigator.planning.terrain import Inflation
 from regraft.services.navigator.sensing.scan import Scan
 from regraft.services.navigator.sensing.senses import LOST_TIMEOUT, SILENT_TIMEOUT, ScanWatch
-from regraft.services.navigator.sensing.sight import Sight
+from regraft.services.navigator.sensing.sight import FORGET_TIMEOUT, Sight
 
 FRAMES = ("map", "odom")
 """The frames of goals and paths; the odometry's is that of the map."""
@@ -38,11 +38,13 @@ def check_frame(place: str, frame: str) -> None:
 class Surroundings:
     """Map, pose and obstacles, from the latest messages.
 
-    ``half_width`` (m) is how far the robot reaches to each side; `inflation` how far its paths keep away.
+    ``half_width`` (m) is how far the robot reaches to each side; `inflation` how far its paths keep away. Obstacles are
+    remembered for ``least_memory`` (s) at least.
     """
 
     inflation: Inflation
     half_width: float
+    least_memory: float = FORGET_TIMEOUT
     pose: Pose2D = field(default_factory=Pose2D)
     twist: Twist2D = field(default_factory=Twist2D)
     stamp: float = -math.inf
@@ -54,7 +56,7 @@ class Surroundings:
     _scan: tuple[sensors.LaserScan, Scan] | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
-        self.sight = Sight(self.half_width)
+        self.sight = Sight(self.half_width, self.least_memory)
 
     @property
     def planner(self) -> GridPlanner:
