@@ -25,7 +25,7 @@ from regraft.services.navigator.sensing.sight import Sight
 
 Phase = Literal["idle", "driving", "turning", "recovering", "waiting", "arrived", "failed"]
 
-STATE_VERSION = 2
+STATE_VERSION = 3
 DEFAULT_PERIOD = 0.05  # s, at the first update, when no other is known
 # A drive that takes longer than this and SLOWNESS times the first path's time is given up.
 PATIENCE = 60.0  # s

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from itertools import accumulate
 from typing import Any, Final
 
 from regraft.bus_schema.annotations import PlainValue
@@ -11,6 +12,8 @@ from regraft.services.bt_executor.adaptation.port_values.names import read_names
 
 _PORT: Final = "port:"
 _LIFECYCLE: Final = "lifecycle"
+MAX_LEVELS: Final = 100
+"""How deeply an option may be nested. Python's own limit is another where a deep tree has been loaded."""
 
 
 def option_space(locations: Sequence[str], subjects: Sequence[str], options: Any) -> list[dict[str, PlainValue]]:
@@ -65,12 +68,17 @@ def _lists(options: Any, subjects: int) -> list[list[PlainValue]]:
 
 def _value(text: str) -> PlainValue:
     """Return a number, truth value or list where the text reads as one in JSON, else the text."""
+    if _levels(text) > MAX_LEVELS:
+        raise ValueError("adaptation_options has an option that is nested too deeply")
     try:
         return json.loads(text, parse_constant=str)
     except ValueError:
         return text
-    except RecursionError:
-        raise ValueError("adaptation_options has an option that is nested too deeply") from None
+
+
+def _levels(text: str) -> int:
+    """Return how deeply brackets are nested in a text."""
+    return max(accumulate((character in "[{") - (character in "]}") for character in text), default=0)
 
 
 def option_text(value: PlainValue) -> str:
