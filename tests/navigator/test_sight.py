@@ -140,3 +140,12 @@ def test_what_stood_is_remembered_ten_times_as_long_as_it_was_seen() -> None:
         robot.time = 1.0 + seconds
         look(sight, robot)
         assert bool((sight.unmapped[:, 0] > 1.75).any()) is there
+
+
+def test_what_is_further_away_than_the_range_is_an_obstacle_but_not_remembered() -> None:
+    near, far = Sight(obstacle_max_range=1.0), Sight(obstacle_max_range=0.8)
+    for sight in (near, far):
+        look(sight, Robot(POSE, [*ROOM, BOX]))
+        assert np.hypot(*(sight.obstacles - POSE.position).T).min() == pytest.approx(0.85, abs=0.05)
+    assert len(near.unmapped) > 3
+    assert len(far.unmapped) == 0

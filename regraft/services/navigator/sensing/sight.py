@@ -38,14 +38,20 @@ class Sight:
     the middle of its axle.
 
     Something that moves leaves marks where it was, and those in its shadow are not looked through. So a mark is
-    remembered for a time that grows with how long something was there: at least `least_memory`, at most 60 s.
+    remembered for a time that grows with how long something was there: at least `least_memory`, at most 60 s. What is
+    further away than `obstacle_max_range` (m) leaves none.
 
     A scan that does not look all around, such as a depth camera's, proves nothing elsewhere. There the remembered
     obstacles and those of the map count, so that the robot turns and backs up into neither.
     """
 
-    def __init__(self, half_width: float = usual.OUTLINE[2], least_memory: float = FORGET_TIMEOUT) -> None:
-        self._half_width, self._least_memory = half_width, least_memory
+    def __init__(
+        self,
+        half_width: float = usual.OUTLINE[2],
+        least_memory: float = FORGET_TIMEOUT,
+        obstacle_max_range: float = math.inf,
+    ) -> None:
+        self._half_width, self._least_memory, self._max_range = half_width, least_memory, obstacle_max_range
         self.stamp = -math.inf
         self.obstacles: FloatArray = NO_POINTS
         """Return the points of the latest scan and known ones out of its view: (N, 2) in m, in the map."""
@@ -120,7 +126,8 @@ class Sight:
         taken_at = self._pose_at(scan.stamp)
         self._seen = thin(outward(taken_at, scan.points()), taken_at, THINNED)
         self._clear(scan, taken_at)
-        new = self._seen[~_explained(self._in_map(self._seen), planner)]
+        near = self._seen[np.hypot(*(self._seen - taken_at.position).T) <= self._max_range]
+        new = near[~_explained(self._in_map(near), planner)]
         for x, y in np.floor(new / MARK).astype(int).tolist():
             known = self._marks.get((x, y))
             self._marks[(x, y)] = (known[0] if known else scan.stamp, scan.stamp, 0)

@@ -30,6 +30,14 @@ class MapUser(Component):
         unit="s",
         read_only=True,
     )
+    obstacle_max_range = Parameter(
+        100.0,
+        "how far away an obstacle may be to be remembered: who is far away has often left before the robot comes",
+        minimum=0.5,
+        maximum=100.0,
+        unit="m",
+        read_only=True,
+    )
     radius = robot_parameters.radius(read_only=True)
     turning_room = robot_parameters.turning_room(read_only=True)
     outline = robot_parameters.outline()
@@ -48,7 +56,9 @@ class MapUser(Component):
         """Begin without a map."""
         self._footprint = Footprint(*self.outline) if self.outline else Footprint.disc(self.radius)
         self._inflation = Inflation.of(self.radius, self.turning_room)
-        self._surroundings = Surroundings(self._inflation, self._footprint.half_width, self.least_memory)
+        self._surroundings = Surroundings(
+            self._inflation, self._footprint.half_width, self.least_memory, self.obstacle_max_range
+        )
 
     def _look(self) -> None:
         """Take in what has come."""

@@ -39,12 +39,13 @@ class Surroundings:
     """Map, pose and obstacles, from the latest messages.
 
     ``half_width`` (m) is how far the robot reaches to each side; `inflation` how far its paths keep away. Obstacles are
-    remembered for ``least_memory`` (s) at least.
+    remembered for ``least_memory`` (s) at least, those within ``obstacle_max_range`` (m).
     """
 
     inflation: Inflation
     half_width: float
     least_memory: float = FORGET_TIMEOUT
+    obstacle_max_range: float = math.inf
     pose: Pose2D = field(default_factory=Pose2D)
     twist: Twist2D = field(default_factory=Twist2D)
     stamp: float = -math.inf
@@ -56,7 +57,7 @@ class Surroundings:
     _scan: tuple[sensors.LaserScan, Scan] | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
-        self.sight = Sight(self.half_width, self.least_memory)
+        self.sight = Sight(self.half_width, self.least_memory, self.obstacle_max_range)
 
     @property
     def planner(self) -> GridPlanner:
