@@ -38,8 +38,8 @@ class Sight:
     the middle of its axle.
 
     Something that moves leaves marks where it was, and those in its shadow are not looked through. So a mark is
-    remembered for a time that grows with how long something was there: at least `least_memory`, at most 60 s. What is
-    further away than `obstacle_max_range` (m) leaves none.
+    remembered for a time that grows with how long something was there: at least `least_memory`, at most 60 s.
+    Something further away than `obstacle_max_range` (m) leaves none.
 
     A scan that does not look all around, such as a depth camera's, proves nothing elsewhere. There the remembered
     obstacles and those of the map count, so that the robot turns and backs up into neither.
