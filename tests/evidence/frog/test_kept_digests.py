@@ -1,8 +1,8 @@
 """FROG does today what it did when its digests were written down: a change of code that should change nothing does not.
 
-``digests.json`` has them by stack, seconds and renderer. They are those of MuJoCo, NumPy and OpenCV as
-``requirements/robot.txt`` has them, on x86-64. A change that is meant to change what FROG does writes them anew, and
-says so in the CHANGELOG.
+``digests.json`` has them by processor, and by stack, seconds and renderer. Processors round differently. The digests
+are those of MuJoCo, NumPy and OpenCV as ``requirements/robot.txt`` has them. A change that is meant to change what FROG
+does writes them anew, and says so in the CHANGELOG.
 """
 
 from __future__ import annotations
@@ -12,15 +12,19 @@ from pathlib import Path
 
 import pytest
 
+from regraft.evaluation.runs.fingerprint import versions
 from tests.support.frog import run_frog
 from tests.support.paths import FROG
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3600)]
 
-KEPT = json.loads(Path(__file__).with_name("digests.json").read_text())
+ALL = json.loads(Path(__file__).with_name("digests.json").read_text())
+PROCESSOR = versions()["processor"]
+KEPT = ALL.get(PROCESSOR, {})
 
 
-@pytest.mark.parametrize("kind", KEPT)
+@pytest.mark.skipif(not KEPT, reason=f"digests were written down on {' and '.join(ALL)}, this is {PROCESSOR}")
+@pytest.mark.parametrize("kind", next(iter(ALL.values())))
 def test_equal_seeds_give_the_digests_that_were_written_down(tmp_path: Path, kind: str) -> None:
     stack, seconds, renderer = kind.split()
     found = {}
