@@ -124,13 +124,13 @@ def test_trail_of_what_moved_in_its_own_shadow_is_soon_forgotten() -> None:
     assert sight.unmapped[:, 0].min() < 1.5
 
 
-def test_without_that_the_trail_stays() -> None:
+def test_with_the_usual_memory_the_trail_stays() -> None:
     sight, robot = Sight(), Robot(Pose2D(0.5, 2.0, 0.0), ROOM)
     walk(sight, robot, 4.0)
     assert sight.unmapped[:, 0].max() > 3.0
 
 
-def test_what_stood_is_remembered_ten_times_as_long_as_it_was_seen() -> None:
+def test_something_that_stood_is_remembered_ten_times_as_long_as_it_was_seen() -> None:
     sight, robot = Sight(least_memory=1.0), Robot(POSE, [*ROOM, BOX])
     for _ in range(6):
         look(sight, robot)
@@ -142,10 +142,10 @@ def test_what_stood_is_remembered_ten_times_as_long_as_it_was_seen() -> None:
         assert bool((sight.unmapped[:, 0] > 1.75).any()) is there
 
 
-def test_what_is_further_away_than_the_range_is_an_obstacle_but_not_remembered() -> None:
-    near, far = Sight(obstacle_max_range=1.0), Sight(obstacle_max_range=0.8)
-    for sight in (near, far):
+def test_something_further_away_than_the_range_is_an_obstacle_but_not_remembered() -> None:
+    long, short = Sight(obstacle_max_range=1.0), Sight(obstacle_max_range=0.8)
+    for sight in (long, short):
         look(sight, Robot(POSE, [*ROOM, BOX]))
         assert np.hypot(*(sight.obstacles - POSE.position).T).min() == pytest.approx(0.85, abs=0.05)
-    assert len(near.unmapped) > 3
-    assert len(far.unmapped) == 0
+    assert len(long.unmapped) > 3
+    assert len(short.unmapped) == 0

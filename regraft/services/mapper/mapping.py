@@ -35,9 +35,6 @@ class Steps:
     angle: float = 0.0
 
 
-EVERY_SCAN = Steps()
-
-
 @dataclass(frozen=True, slots=True)
 class GridSettings:
     """The grid that is begun: side of a cell, side of the first square, and of the largest one (m)."""
@@ -71,7 +68,7 @@ class Mapping:
         self.fix: Fix | None = None
         self.located_at: float | None = None
         self.updating = True
-        self.steps = EVERY_SCAN
+        self.steps = Steps()
         self.frozen = False
         self._settings = settings
         self._grid: Grid | None = None

@@ -195,7 +195,7 @@ class Metacontroller(Component):
                 await self._wake
             self._due = False
             self._begun += 1
-            self.kit.checkpoint()
+            self.kit.checkpoint()  # an adaptation takes a while, and what has come before it must outlive a crash
             await self._cycle_once()
             self.kit.checkpoint()
             self._done = self._begun
