@@ -71,6 +71,13 @@ class Walk:
                 )  # fmt: skip
                 self.rig.publish("scan", scan)
 
+    def carry(self, seconds: float) -> None:
+        """Take the robot to where it would have driven; its wheels do not turn."""
+        before = circle(self.ticks * TICK)
+        self.rig.advance(seconds)
+        self.ticks += round(seconds / TICK)
+        self.shift = self.shift.compose(before).compose(circle(self.ticks * TICK).inverse())
+
     def levels(self, subject: str) -> list[str]:
         return [told.level.value for told in self.told if told.subject == subject]
 
@@ -238,3 +245,15 @@ def test_the_bound_begins_again_with_an_activation() -> None:
         walk.scans = False
         walk.go(2.0)
         assert walk.place[-1].stamp == pytest.approx(4.5)
+
+
+def test_a_robot_that_was_carried_during_a_rest_is_located_by_the_first_scan() -> None:
+    with Rig() as rig:
+        walk = Walk(rig, parameters={"update_min_d": 5.0, "update_min_a": 3.0})
+        rig.publish("map", room_map())
+        walk.go(2.0)
+        rig.transition("localizer", Transition.DEACTIVATE)
+        walk.carry(0.5)
+        rig.transition("localizer", Transition.ACTIVATE)
+        walk.go(1.0)
+        assert walk.error < 0.05

@@ -37,7 +37,8 @@ class MapLocalizer(Component):
     A pose that no scan confirms grows wrong with the odometry. ``transform_tolerance`` bounds for how long it is
     published after the last scan that was located, or after the activation. A scan that equals the one before, or that
     has nothing on the map to compare with, is not located. None is until the
-    robot has moved by ``update_min_d`` or turned by ``update_min_a`` since a scan fitted. The names are those of AMCL.
+    robot has moved by ``update_min_d`` or turned by ``update_min_a`` since a scan fitted, or has been activated again.
+    The names are those of AMCL.
     """
 
     state_version = 1
@@ -123,6 +124,7 @@ class MapLocalizer(Component):
         """Sensors are silent from now on at the earliest; the robot may have been moved meanwhile."""
         self._since = self.kit.now()
         self._settled = False
+        self.mapping.locate_next()
         self._fit_watch.start()
 
     def on_parameters(self, changed: frozenset[str]) -> None:

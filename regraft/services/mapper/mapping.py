@@ -184,6 +184,10 @@ class Mapping:
         moved = where.distance(pose) > MOVED or abs(wrap_angle(pose.yaw - where.yaw)) > TURNED
         return moved or not 0.0 <= stamp - then < AT_LEAST_EVERY - 1e-6
 
+    def locate_next(self) -> None:
+        """Locate the next scan, though the odometry may not have changed: somebody may have carried the robot."""
+        self._fitted = None
+
     def last_scan(self) -> tuple[Scan, Pose2D] | None:
         """Return the last scan, and the odometry's pose then."""
         return self._last_scan
