@@ -61,6 +61,30 @@ def test_kept_surfaces_lead_to_the_same_place_also_for_a_robot_that_was_lost(shi
     assert abs(errors[0] - errors[1]) < 1e-3
 
 
+def test_a_robot_that_was_lost_is_found_near_by_although_the_map_has_many_places_alike() -> None:
+    grid, localizer = corridor(), MatchingLocalizer()
+    truth, guess = Pose2D(30.0, -0.3, 0.1), Pose2D(30.25, -0.05, 0.4)
+    blinded = Scan(0.0, np.full(360, 0.5), MOUNT)
+    while not localizer.lost:
+        assert not localizer.locate(grid, blinded, guess).fits
+    ranges = cast(CORRIDOR, truth.compose(MOUNT), 1).astype(np.float64)
+    fix = localizer.locate(grid, Scan(0.0, ranges, MOUNT), guess)
+    assert fix.fits
+    assert fix.pose.distance(truth) < 0.05
+
+
+def test_scans_do_not_fit_the_inside_of_a_thick_wall() -> None:
+    grid = Grid(0.05, (0.0, 0.0), 1.0, 100.0)
+    cells = np.full((400, 400), 100, np.int8)
+    cells[180:220, 20:380] = 0
+    grid.fill(cells, -10.0, -10.0)
+    walls: list[Box] = [(-10.0, 1.0, 10.0, 10.0), (-10.0, -10.0, 10.0, -1.0)]
+    scan = Scan(0.0, cast(walls, MOUNT, 1).astype(np.float64), MOUNT)
+    there = MatchingLocalizer(keeps_surfaces=True).locate(grid, scan, Pose2D(0.02, -0.03, 0.02))
+    in_the_wall = MatchingLocalizer(keeps_surfaces=True).locate(grid, scan, Pose2D(0.0, 3.0, 1.1))
+    assert (there.fits, in_the_wall.fits) == (True, False)
+
+
 def test_another_map_ends_what_was_kept_of_the_one_before() -> None:
     with Rig() as rig:
         walk = Walk(rig, parameters={"keep_surfaces": True})

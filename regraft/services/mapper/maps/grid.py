@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
 
 from regraft.bus_schema.annotations import PlainValue
 
@@ -148,6 +149,8 @@ class Grid:
     def fill(self, per_cent: Cells, x: float, y: float) -> None:
         """Become a map of occupancies in per cent (-1 unknown), whose outer corner is at (``x``, ``y``) m.
 
+        Its surfaces are the occupied cells next to free ones. No echo comes from within a wall.
+
         Raises:
             ValueError: it is wider than the grid may become.
         """
@@ -162,7 +165,9 @@ class Grid:
         self.cells, self.x, self.y = steps, x, y
         # Nothing is known of the place within a cell but the middle, and the next echoes shall improve on it.
         middle = np.array([FINE // 2, FINE // 2, 1], np.uint16)
-        self.echoes = np.where(steps[..., None] >= OCCUPIED, middle, np.uint16(0))
+        free = (steps < OCCUPIED) & (steps != UNKNOWN)
+        visible = (steps >= OCCUPIED) & binary_dilation(free, np.ones((3, 3), bool))
+        self.echoes = np.where(visible[..., None], middle, np.uint16(0))
 
     def snapshot(self) -> PlainValue:
         """Return the grid as plain data, compressed."""

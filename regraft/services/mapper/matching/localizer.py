@@ -127,7 +127,7 @@ class MatchingLocalizer:
         if self._is_believed(found, guess):
             self._misfits = 0
             return Fix(found.pose, True, found)
-        elsewhere = None if self.lost else self._search(surface, grid, scan, guess)
+        elsewhere = self._search(surface, grid, scan, guess)
         if elsewhere and elsewhere.inliers >= MIN_EXPECTED and elsewhere.ratio >= CERTAIN:
             self._misfits = 0
             return Fix(elsewhere.pose, True, elsewhere)
