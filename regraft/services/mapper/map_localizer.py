@@ -37,8 +37,8 @@ class MapLocalizer(Component):
     A pose that no scan confirms grows wrong with the odometry. ``transform_tolerance`` bounds for how long it is
     published after the last scan that was located, or after the activation. A scan that equals the one before, or that
     has nothing on the map to compare with, is not located. None is until the
-    robot has moved by ``update_min_d`` or turned by ``update_min_a`` since a scan fitted, or has been activated again.
-    The names are those of AMCL.
+    robot has moved by ``update_min_d`` or turned by ``update_min_a`` since a scan fitted. The names are those of AMCL.
+    The first scan after an activation is always located.
     """
 
     state_version = 1
