@@ -7,7 +7,7 @@ import queue
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 
@@ -29,6 +29,7 @@ class Inbox:
         """Begin empty; a None in it is the alarm, or a request to end the waiting."""
         self._items: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._lazy: deque[Any] = deque()
+        self._returned: deque[Any] = deque()
         self._alarm = _Alarm(self._items.put)
         self.eager = False
         self.put = self._items.put
@@ -42,11 +43,11 @@ class Inbox:
 
     def empty(self) -> bool:
         """Return whether nothing is there."""
-        return not self._lazy and self._items.empty()
+        return not self._returned and not self._lazy and self._items.empty()
 
     def qsize(self) -> int:
         """Return how many items are there."""
-        return len(self._lazy) + self._items.qsize()
+        return len(self._returned) + len(self._lazy) + self._items.qsize()
 
     def get(self, timeout: float) -> Any:
         """Return the next item; None if there is none within ``timeout`` seconds, or earlier."""
@@ -54,13 +55,17 @@ class Inbox:
 
     def get_until(self, then: float) -> Any:
         """Return the next item; None if there is none until ``then`` (monotonic seconds), or earlier."""
-        if self._lazy:
+        if self._returned or self._lazy:
             return self._take_now()
         if self._alarm.set_to > then:
             if then <= time.monotonic():
                 return self._take_now()
             self._alarm.set(then)
         return self._items.get()
+
+    def put_back(self, items: Iterable[Any]) -> None:
+        """Have items that were taken, and could not be handled yet, come before all others."""
+        self._returned.extend(items)
 
     def close(self) -> None:
         """End the alarm: nobody waits here any more."""
@@ -72,6 +77,8 @@ class Inbox:
             yield self._lazy.popleft()
 
     def _take_now(self) -> Any:
+        if self._returned:
+            return self._returned.popleft()
         item = None
         try:
             while item is None:  # the alarm's Nones are among the items

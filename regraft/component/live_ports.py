@@ -27,6 +27,13 @@ class InputPort(Protocol[M]):
     def latest(self) -> M | None:
         """The newest message, None before the first."""
 
+    def opener(self) -> Callable[[], M | None] | None:
+        """Return what opens the newest message as of now, also later; None before the first.
+
+        A deferred message may be made of it. It returns None if the message is not to be had any more: an input that
+        reads on demand may come too late.
+        """
+
     @property
     def envelope(self) -> Envelope | None:
         """The envelope of the message that ``latest`` last returned, or that is being handled; None before any."""
@@ -72,6 +79,8 @@ class OutputPort(Protocol[M_contra]):
         when they are to handle it. So heavy work, such as rendering, continues while time does. ``make`` must use what
         is now, not what it finds later. Under the real clock it is made at once. If it raises, or a field does not fit,
         that is reported, and the message counts as lost.
+
+        In simulated time it is made only for subscribers, and for readers on demand when they open it.
 
         Raises:
             NotActive: the component is not active.

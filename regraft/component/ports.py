@@ -26,6 +26,7 @@ class Input(Generic[M]):
         *,
         topic: str | None = None,
         latest_only: bool = False,
+        on_demand: bool = False,
         required: bool = True,
         keep: int = 0,
         description: str = "",
@@ -40,6 +41,8 @@ class Input(Generic[M]):
             message: the message class; None takes every message of the topic.
             topic: the topic it has unless the stack states another; the port's name by default.
             latest_only: see only the newest message, for sensor streams.
+            on_demand: in simulated time have only those messages made and sent that ``latest`` or ``next`` opens. For
+                large messages most of which nobody opens; with ``latest_only`` alone, and without a handler.
             required: whether a stack must feed it.
             keep: how many messages wait for ``take`` at the most, then the oldest are dropped; 0 if it is not used.
             description: what it is for.
@@ -49,9 +52,12 @@ class Input(Generic[M]):
             handler: the method that handles every message; it takes the port's name and the message. With `ports_for`
                 only.
         """
+        if on_demand and (keep or handler or not latest_only):
+            raise TypeError("an input that is read on_demand is latest_only, keeps nothing and has no handler")
         self.message = message
         self.topic = topic
         self.latest_only = latest_only
+        self.on_demand = on_demand
         self.required = required
         self.keep = keep
         self.description = description
@@ -78,6 +84,8 @@ class Input(Generic[M]):
 
     def handler(self, function: H) -> H:
         """Make the decorated method handle every message of this input (``latest_only``: the newest)."""
+        if self.on_demand:
+            raise TypeError(f"the input {self.name!r} is read on_demand: no handler opens all of its messages")
         self.handler_name = function.__name__
         return function
 

@@ -38,7 +38,7 @@ from regraft.lockstep.scheduled_members import ScheduledMembers
 from regraft.lockstep.source_inbox import SourceInbox
 from regraft.lockstep.step_dispatch import STEP_BOUND, Moment, StepDispatcher
 from regraft.lockstep.system_relay import SystemRelay
-from regraft.lockstep.wiring import ReportedWiring
+from regraft.lockstep.wiring import ReportedWiring, note_wanted
 from regraft.patience import Patience
 from regraft.runtime.runtime import Runtime
 
@@ -210,6 +210,7 @@ class Coordinator:
     def run_tick(self, advance: Callable[[], None]) -> None:
         """Let the source advance, then run rounds and slots until the tick is quiet."""
         self.take_in()
+        note_wanted(self._runtime, self.membership.wanted(self.local))
         self._runtime.writers.defers = True
         advance()
         self.local.due = True
@@ -256,6 +257,8 @@ class Coordinator:
         if number == 0:
             runtime.fire()
         self._settle()
+        if error := runtime.fetching.take_error():
+            self._fault(self._name, CauseCode.MESSAGES_LOST, error)
         member.next_wake = runtime.timers.next_due()
 
     def _take_local_output(self) -> None:

@@ -16,7 +16,7 @@ from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.system_topics import SYSTEM_TOPICS
 from regraft.lockstep.clock_publisher import ClockPublisher
 from regraft.lockstep.exclusive_slot import hold_slot
-from regraft.lockstep.wiring import ReportedWiring, wiring_of
+from regraft.lockstep.wiring import ReportedWiring, note_wanted, wiring_of
 from regraft.patience import Patience
 from regraft.runtime.core.clock import SteppedClock
 from regraft.runtime.data.own_news import OwnNews
@@ -202,8 +202,7 @@ class Member:
         runtime.inbound.forget_sources(step.gone)
         runtime.end_goals_of(step.ended)
         if step.wanted is not None:
-            for output in runtime.outputs.values():
-                output.wanted_in_step = output.key in step.wanted
+            note_wanted(runtime, step.wanted)
             self._news.want([topic for key, topic in self._relayed.items() if key in step.wanted])
         error = self._wait_for(step)
         self._clock.advance_to(step.time)
@@ -219,7 +218,7 @@ class Member:
             runtime.reporter.beat_if_due()
             runtime.fire()
             self._settle()
-        return error
+        return error or runtime.fetching.take_error()
 
     def _wait_for(self, step: Step) -> str:
         """Wait until the inputs have come as far as the step states."""

@@ -25,6 +25,7 @@ class MemberState:
     incarnation: int
     inputs: dict[str, bool]
     outputs: set[str]
+    on_demand: frozenset[str] = frozenset()
     next_wake: int | None = 0
     wants_slot: bool = False
     holds_time: bool = False
@@ -46,6 +47,14 @@ class MemberState:
         frontier, self.pending = self.pending, {}
         self.backlog, self.due = 0, False
         return frontier
+
+    def drop(self, key: str, source: str) -> None:
+        """Have nothing to handle any more of what a source put at a key."""
+        sources = self.pending.get(key)
+        if sources is not None:
+            sources.pop(source, None)
+            if not sources:
+                del self.pending[key]
 
     def take_gone(self) -> tuple[str, ...]:
         """Return who left, for the step that begins now; whose last data is still to be handled is reported in the
@@ -88,7 +97,8 @@ class Membership:
         """Its numbering continues, or its new epoch restarts it. To drop it now would drop its next samples."""
         for other in self.members.values():
             other.gone.discard(name)
-        member = MemberState(name, incarnation, dict(wiring.inputs), set(wiring.outputs), next_wake)
+        on_demand = frozenset(wiring.on_demand)
+        member = MemberState(name, incarnation, dict(wiring.inputs), set(wiring.outputs), on_demand, next_wake)
         self.members[name] = member
         for key, sequence in wiring.outputs.items():
             self.published.setdefault(key, {})[name] = sequence
@@ -112,14 +122,17 @@ class Membership:
         for member in self.members.values():
             member.gone.add(name)
             member.ended.add(name)
+            for key in member.on_demand:  # nobody can make any more what has not been opened
+                member.drop(key, name)
         self._readers.clear()
 
     def rewire(self, member: MemberState, wiring: Wiring) -> None:
         """Take a member's new wiring."""
-        for key in {*wiring.anew, *(set(member.inputs) - set(wiring.inputs))}:
+        left, subscribed = set(member.inputs) - set(wiring.inputs), member.on_demand.difference(wiring.on_demand)
+        for key in {*wiring.anew, *left, *subscribed}:
             self.wired = {pair for pair in self.wired if not (pair[2] == member.name and matches(key, pair[0]))}
             member.pending = {k: sources for k, sources in member.pending.items() if not matches(key, k)}
-        member.inputs = dict(wiring.inputs)
+        member.inputs, member.on_demand = dict(wiring.inputs), frozenset(wiring.on_demand)
         for key in member.outputs - set(wiring.outputs):
             self.wired = {pair for pair in self.wired if pair[:2] != (key, member.name)}
             self.published.get(key, {}).pop(member.name, None)
@@ -130,7 +143,7 @@ class Membership:
         self._all_wired = False
 
     def unwired(self) -> set[Pair]:
-        """Return the connections whose markers have not been seen yet."""
+        """Return the connections whose markers have not been seen yet; what is read on demand needs none."""
         if self._all_wired:
             return set()
         wanted = {
@@ -139,6 +152,7 @@ class Membership:
             for key in writer.outputs
             for reader, _ in self.readers(key)
         }
+        self.wired |= {pair for pair in wanted if pair[0] in self.members[pair[2]].on_demand}
         missing = wanted - self.wired
         self._all_wired = not missing
         return missing

@@ -26,7 +26,8 @@ class ReportedWiring:
         """Return the wiring as ``all`` does if it has changed since, None if not: asked for after every step."""
         runtime = self._runtime
         inputs, anew = _read(runtime), runtime.inbound.anew
-        known = not anew and self._told is not None and self._told.inputs == inputs
+        told, on_demand = self._told, _on_demand(runtime, inputs)
+        known = not anew and told is not None and told.inputs == inputs and told.on_demand == on_demand
         if known and self._told_outputs == runtime.writers.open_keys.keys():
             return None
         return self._tell(_wiring(runtime, inputs, anew))
@@ -42,8 +43,20 @@ def wiring_of(runtime: Runtime) -> Wiring:
     return _wiring(runtime, _read(runtime), runtime.inbound.anew)
 
 
+def note_wanted(runtime: Runtime, keys: tuple[str, ...]) -> None:
+    """Have the outputs know which of them members read."""
+    for output in runtime.outputs.values():
+        output.wanted_in_step = output.key in keys
+
+
 def _wiring(runtime: Runtime, inputs: dict[str, bool], anew: tuple[str, ...]) -> Wiring:
-    return Wiring(inputs, runtime.writers.sequences(), tuple(key for key in anew if key in inputs))
+    read_again = tuple(key for key in anew if key in inputs)
+    return Wiring(inputs, runtime.writers.sequences(), read_again, _on_demand(runtime, inputs))
+
+
+def _on_demand(runtime: Runtime, inputs: dict[str, bool]) -> tuple[str, ...]:
+    on_demand = runtime.inbound.on_demand
+    return tuple(sorted(key for key in on_demand if key in inputs)) if on_demand else ()
 
 
 def _read(runtime: Runtime) -> dict[str, bool]:

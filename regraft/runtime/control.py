@@ -214,6 +214,18 @@ class Control:
     def _resend(self, payload: bytes) -> Resent:
         return self._parts.writers.resend(codec.decode(payload, Resend))
 
+    def answer_meanwhile(self, query: Query) -> bool:
+        """Answer a question for samples from within a handler; returns False if it has to wait for its end."""
+        try:
+            asked = codec.decode(query.payload, Resend)
+        except BadMessage:
+            return False
+        writers = self._parts.writers
+        if writers.is_making(asked):
+            return False
+        self._answering.answer(query, lambda: writers.resend_made(asked))
+        return True
+
     def _refuse_unless_live(self) -> None:
         role = self._handover.role
         if role is not Role.LIVE:

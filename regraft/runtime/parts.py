@@ -23,6 +23,7 @@ from regraft.runtime.core.compute import Compute
 from regraft.runtime.core.exclusive import Slots
 from regraft.runtime.core.tasks import RunningTask, Tasks
 from regraft.runtime.core.timers import Timers
+from regraft.runtime.data.fetching import Fetching
 from regraft.runtime.data.inbound import Inbound
 from regraft.runtime.data.inputs import LiveInput, TopicReader
 from regraft.runtime.data.outputs import LiveOutput
@@ -81,6 +82,7 @@ class Parts:
         self.reporter = StatusReporter(bus, self.keys, clock, self.identity, assignment.heartbeat)
         self.repair = Repair(bus, self.keys, assignment.name, self.post)
         self.inbound = self._inbound()
+        self.fetching = Fetching(bus, self.keys, self.inbox, self.reporter.beat_if_due)
         self.writers = Writers(bus, clock, self.identity, self.reporter.fault)
         self.writers.keeps_history, self.writers.lockstep = True, self.stepped
         client = f"{assignment.name}-{assignment.incarnation}"
@@ -105,6 +107,8 @@ class Parts:
     def _input(self, name: str) -> LiveInput[Any]:
         port = self.declared.inputs[name]
         method = getattr(self.component, port.handler_name) if port.handler_name else None
+        if port.on_demand:
+            return LiveInput(port, None, self.reporter, self.fetching if self.stepped else None)
         if method is not None and port.handler_takes_name:
             return LiveInput(port, partial(method, name), self.reporter)
         if method is not None and inspect.iscoroutinefunction(method):

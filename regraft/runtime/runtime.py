@@ -73,6 +73,7 @@ class Runtime(Parts):
             measuring,
             periodic.retime,
         )
+        self.fetching.answer = self.control.answer_meanwhile
         bus.when_renewed(lambda: self.post(self._link_renewed))
         self.component.__init__()  # type: ignore[misc]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, ClassVar
@@ -52,6 +53,10 @@ def usual_of(renderer: str) -> tuple[int, int, float]:
     return RAY_DEFAULTS if renderer == "ray" else GL_DEFAULTS
 
 
+Moment = Callable[[], WorldState | None]
+"""Returns what the world was like at a moment, None if that is not to be had any more."""
+
+
 @cache
 def probed() -> Probe:
     """Find out which renderer works, once in this process and all that are forked from it."""
@@ -72,8 +77,9 @@ class View:
 class WorldCamera(Component):
     """Takes the pictures of one camera of the world, when they are due and somebody wants them.
 
-    A picture shows the tick it was taken in. ``width``, ``height`` and ``rate`` of 0 are what the renderer
-    does with ease. That is 320 x 240 at 5 Hz with OpenGL, 160 x 120 at 2 Hz with rays.
+    It draws those that a reader opens, or all if somebody subscribes. A picture shows the tick it was taken in.
+    ``width``, ``height`` and ``rate`` of 0 are what the renderer does with ease. That is 320 x 240 at 5 Hz with
+    OpenGL, 160 x 120 at 2 Hz with rays.
 
     The parameter ``failure`` makes it fail at once. The schedule ``failures`` makes it fail by the clock, while the
     parameter is none. A subclass has the output and takes the pictures.
@@ -103,7 +109,7 @@ class WorldCamera(Component):
     )
     cpu = Quality("share of a core", better="lower", minimum=0.0, measured=False)
 
-    world_state = Input(WorldState, latest_only=True, description="the tick to draw")
+    world_state = Input(WorldState, latest_only=True, on_demand=True, description="the tick to draw")
 
     _eye: Eye | None = None
 
@@ -131,7 +137,8 @@ class WorldCamera(Component):
         cv2.setNumThreads(1)  # the other cores are for the other components
         self._schedule = Schedule(self.failures)
         self._failing = NONE
-        self._shown: Any = None
+        self._shown: Moment | None = None
+        self._knows_world = False
         self._taken: deque[float] = deque()
         scene = load_world(self.file, self.robots, self.kit.seed)
         placement = draw_placement(scene, self.kit.seed)
@@ -178,16 +185,28 @@ class WorldCamera(Component):
     def _take_picture(self) -> None:
         failure = self._note_failure()
         output = getattr(self, self.pictures)
-        state = self.world_state.latest if output.wanted and failure != SILENT else None
-        if state is None or self._eye is None or not self._is_ours(state):
+        moment = self.world_state.opener() if output.wanted and failure != SILENT else None
+        if moment is None or self._eye is None or not (self._knows_world or self._is_ours(moment())):
             return
-        eye = self._eye
+        eye, shown = self._eye, self._moment_shown(moment, failure)
         self._note_rate()
-        output.publish_deferred(lambda: self._picture(eye, state, failure))
+        output.publish_deferred(lambda: self._picture(eye, moment, shown))
 
-    def _picture(self, eye: Eye, state: WorldState, failure: str) -> Any:
+    def _moment_shown(self, moment: Moment, failure: str) -> Moment | None:
+        """Return the moment that the picture shows: a frozen camera's last one, None if the picture is black."""
+        if failure == BLACK:
+            return None
+        if failure != FROZEN:
+            self._shown = moment
+            return moment
+        # It is opened now: the world does not keep it for as long as a camera may be frozen.
+        state = (self._shown() if self._shown is not None else None) or moment()
+        self._shown = lambda: state
+        return self._shown
+
+    def _picture(self, eye: Eye, moment: Moment, shown: Moment | None) -> Any:
         try:
-            return self.message(View(state.stamp, *self._view), self._pixels(eye, state, failure))
+            return self.message(View(self._state(moment).stamp, *self._view), self._pixels(eye, shown))
         except Exception as error:
             self.kit.diagnose("rendering", Level.ERROR, f"{type(error).__name__}: {error}")
             raise
@@ -225,18 +244,28 @@ class WorldCamera(Component):
     def message(self, view: View, pixels: Any) -> Any:
         """Return the message with pixels."""
 
-    def _pixels(self, eye: Eye, state: WorldState, failure: str) -> Any:
-        if failure == BLACK:
+    def _pixels(self, eye: Eye, shown: Moment | None) -> Any:
+        if shown is None:
             return self.black(*self._size)
-        if failure != FROZEN or self._shown is None:
-            # The step seeds the noise: the number of the tick distinguishes moments just as well.
-            colours = {shown.geom: (shown.red, shown.green, shown.blue) for shown in state.colours}
-            self._shown = self.take(eye, RenderState(state.positions, state.light, state.tick, colours))
-        return self._shown
+        state = self._state(shown)
+        colours = {lamp.geom: (lamp.red, lamp.green, lamp.blue) for lamp in state.colours}
+        # The step seeds the noise: the number of the tick distinguishes moments just as well.
+        return self.take(eye, RenderState(state.positions, state.light, state.tick, colours))
 
-    def _is_ours(self, state: WorldState) -> bool:
+    def _state(self, moment: Moment) -> WorldState:
+        state = moment()
+        if state is None:
+            raise LookupError("the world no longer has the moment that the picture is to show")
+        if not self._is_ours(state):
+            raise LookupError("the world that runs is another one")
+        return state
+
+    def _is_ours(self, state: WorldState | None) -> bool:
         """Refuse to draw a world that is not the one in the file: the picture would be a lie."""
-        if state.model_hash == self._hash:
+        if state is None:
+            return False
+        self._knows_world = state.model_hash == self._hash
+        if self._knows_world:
             self._foreign = ""
             return True
         if self._foreign != state.model_hash:

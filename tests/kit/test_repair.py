@@ -182,13 +182,13 @@ def test_a_source_that_is_no_component_costs_no_more_than_before(
 def test_a_history_is_bounded_and_gives_what_it_has() -> None:
     history = History()
     attachments = [Envelope("a", 3, 3, n, 0).to_bytes() for n in range(1, MAX_KEPT + 11)]
-    for attachment in attachments:
-        history.keep(b"x", attachment)
+    for n, attachment in enumerate(attachments, 1):
+        history.keep((3, n), b"x", attachment)
     kept = [Envelope.from_bytes(sent[1]).sequence for sent in history.find(3, 1, MAX_KEPT + 10)]
     assert kept == list(range(11, MAX_KEPT + 11))
     assert history.find(2, 1, MAX_KEPT) == []
     assert len(history.find(3, 20, 24)) == 5
-    for attachment in attachments[:3]:
-        history.keep(bytes(MAX_BYTES), attachment)
+    for n, attachment in enumerate(attachments[:3], 1):
+        history.keep((3, n), bytes(MAX_BYTES), attachment)
     assert len(history.find(3, 1, 3)) == 1, "one answer is bounded, but holds one sample"
     assert Envelope.from_bytes(history.find(3, 1, 3)[0][1]).sequence == 2, "the last two are kept, however large"

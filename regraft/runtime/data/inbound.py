@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Container
+from collections.abc import Callable, Container, Iterator
 from typing import Protocol
 
 from regraft.bus.interface import Sample
@@ -11,6 +11,7 @@ from regraft.bus_schema.encoding.envelope import PLACE, PLACE_ENDS, RUN_ENDS, En
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.keys import matches
 from regraft.runtime.core.clock import Clock
+from regraft.runtime.data.fetching import notice
 from regraft.runtime.data.repair import Repair
 from regraft.runtime.data.run_check import RunCheck
 from regraft.runtime.data.stream import HOLE_TIMEOUT, Arrival, Stream
@@ -43,6 +44,13 @@ class Consumer(Protocol):
         """Count and report samples that never came."""
 
 
+class NoticeConsumer(Consumer, Protocol):
+    """Handles notices, by which it fetches what it opens."""
+
+    def forget_notices(self, sources: Container[str] | None = None) -> None:
+        """Drop notices of what nobody can make any more, of some sources or of all."""
+
+
 Frontier = dict[str, dict[str, int]]
 
 
@@ -71,6 +79,8 @@ class Inbound:
         self.consumers: dict[str, Consumer] = {}
         self.patterns: dict[str, Consumer] = {}
         self.streams: dict[tuple[str, str], Stream] = {}
+        self.on_demand: dict[str, NoticeConsumer] = {}
+        self._noticed: dict[tuple[str, str], int] = {}
         self.from_outside: set[str] = set()
         self.ready: deque[tuple[Consumer, Sample]] = deque()
         self.holes: set[tuple[str, str]] = set()
@@ -85,6 +95,11 @@ class Inbound:
         self._known.clear()
         (self.patterns if "*" in key else self.consumers)[key] = consumer
 
+    def add_on_demand(self, key: str, consumer: NoticeConsumer) -> None:
+        """Hand notices of what is put at ``key`` to ``consumer`` from now on; the key is not subscribed to."""
+        self.on_demand[key] = consumer
+        self.add(key, consumer)
+
     def remove(self, key: str) -> None:
         """Forget a key and its streams."""
         self._known.clear()
@@ -93,6 +108,8 @@ class Inbound:
         self.consumers.pop(key, None)
         self.patterns.pop(key, None)
         self._asleep.discard(key)
+        if self.on_demand.pop(key, None) is not None:
+            self._unwire(key)
         for pair in [pair for pair in self.streams if pair[0] == key]:
             del self.streams[pair]
             self.holes.discard(pair)
@@ -239,38 +256,35 @@ class Inbound:
 
     def holds(self, frontier: Frontier) -> bool:
         """Return whether everything up to ``frontier`` is here."""
-        return all(
-            self.stream(key, source).holds(sequence)
-            for key, sources in frontier.items()
-            for source, sequence in sources.items()
-        )
+        return all(self.stream(key, source).holds(sequence) for key, source, sequence in self._sent(frontier))
+
+    def _sent(self, frontier: Frontier) -> Iterator[tuple[str, str, int]]:
+        """Yield key, source and sequence of what comes by itself."""
+        for key, sources in frontier.items():
+            if key not in self.on_demand:
+                for source, sequence in sources.items():
+                    yield key, source, sequence
 
     def reaches(self, frontier: Frontier) -> bool:
         """Return whether everything up to ``frontier`` is here, or has got lost on its way or was not made."""
-        return all(
-            self.stream(key, source).reaches(sequence)
-            for key, sources in frontier.items()
-            for source, sequence in sources.items()
-        )
+        return all(self.stream(key, source).reaches(sequence) for key, source, sequence in self._sent(frontier))
 
     def ask_for_missing(self, frontier: Frontier) -> bool:
         """Have writers send again what is missing up to ``frontier``; returns whether all of it may still come."""
         if self._repair is None:
             return True
-        for key, sources in frontier.items():
-            for source, sequence in sources.items():
-                stream = self.stream(key, source)
-                first = stream.first_missing(sequence)
-                if first is not None and not self._repair.may_come((key, source), stream, first, sequence):
-                    return False
+        for key, source, sequence in self._sent(frontier):
+            stream = self.stream(key, source)
+            first = stream.first_missing(sequence)
+            if first is not None and not self._repair.may_come((key, source), stream, first, sequence):
+                return False
         return True
 
     def missing(self, frontier: Frontier) -> str:
         """Return what is missing up to ``frontier``, for people."""
         late = (
             f"{key} of {source} from {stream.first_missing(sequence)} to {sequence}"
-            for key, sources in frontier.items()
-            for source, sequence in sources.items()
+            for key, source, sequence in self._sent(frontier)
             if not (stream := self.stream(key, source)).reaches(sequence)
         )
         return ", ".join(late)
@@ -280,11 +294,22 @@ class Inbound:
         for key in sorted(frontier):
             consumer = self.consumer_of(key)
             for source in sorted(frontier[key]):
+                if key in self.on_demand:
+                    self._line_up_notice(key, source, frontier[key][source])
+                    continue
                 stream = self.stream(key, source)
                 lost_before = stream.lost
                 self._line_up(consumer, stream.release(frontier[key][source]))
                 if consumer and stream.lost > lost_before:
                     consumer.report_lost(source, stream.lost - lost_before)
+
+    def _line_up_notice(self, key: str, source: str, sequence: int) -> None:
+        """Line up notices of the first and the last of what is new: nobody opens what lies between."""
+        consumer, before = self.on_demand[key], self._noticed.get((key, source))
+        self._noticed[key, source] = sequence
+        if not consumer.paused:
+            first = sequence if before is None else before + 1
+            self.ready.extend((consumer, notice(key, source, n)) for n in sorted({min(first, sequence), sequence}))
 
     def release_outside(self, sources: tuple[str, ...]) -> None:
         """Line up all that has come from sources that are no members of the clock."""
@@ -298,6 +323,9 @@ class Inbound:
 
     def forget_sources(self, sources: tuple[str, ...]) -> None:
         """Drop what sources that left sent beyond their last frontier, also what of it comes only later."""
+        for consumer in self.on_demand.values() if sources else ():
+            consumer.forget_notices(sources)
+        self._noticed = {pair: n for pair, n in self._noticed.items() if pair[1] not in sources}
         for pair in [pair for pair in self.streams if pair[1] in sources]:
             self.streams[pair] = Stream(self.streams[pair].epoch, self.streams[pair].incarnation, gone=True)
 
@@ -319,6 +347,7 @@ class Inbound:
         return tuple(sorted(self._dropped & self.consumers.keys())) if self._dropped else ()
 
     def _unwire(self, key: str) -> None:
+        self._noticed = {pair: n for pair, n in self._noticed.items() if pair[0] != key}
         for pair, stream in self.streams.items():
             if pair[0] == key:
                 stream.wired = False
@@ -327,6 +356,9 @@ class Inbound:
     def forget_all(self) -> None:
         """Drop all queues and baselines: the clock begins again with this component."""
         self.ready.clear()
+        self._noticed.clear()
+        for consumer in self.on_demand.values():
+            consumer.forget_notices()
         for pair, stream in self.streams.items():
             self.streams[pair] = Stream(stream.epoch, stream.incarnation)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Container, Iterable
 from dataclasses import dataclass, field
 from typing import Any, Generic, Protocol, TypeVar
 
@@ -15,6 +15,7 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.protocol.handover import HeldSample
 from regraft.component.future import Future
 from regraft.component.ports import Input
+from regraft.runtime.data.fetching import Fetching, is_notice
 from regraft.runtime.data.hold_buffer import HoldBuffer
 
 M = TypeVar("M")
@@ -56,9 +57,19 @@ class Reporter(Protocol):
 class LiveInput(Generic[M]):
     """An input as the component reads it."""
 
-    def __init__(self, declared: Input[M], handle: Callable[[M], object] | None, reporter: Reporter) -> None:
-        """Start without a message, paused; ``handle`` is called with every message, if given."""
+    def __init__(
+        self,
+        declared: Input[M],
+        handle: Callable[[M], object] | None,
+        reporter: Reporter,
+        fetching: Fetching | None = None,
+    ) -> None:
+        """Start without a message, paused; ``handle`` is called with every message, if given.
+
+        With ``fetching``, an input that is read on demand gets by it what it opens.
+        """
         self.declared = declared
+        self._fetching = fetching if declared.on_demand else None
         self.name = declared.name
         self.reliable = not declared.latest_only
         self.paused = True
@@ -82,11 +93,31 @@ class LiveInput(Generic[M]):
     def latest(self) -> M | None:
         """The newest message, None before the first."""
         if self._newest is not None:
-            sample, self._newest = self._newest, None
-            message = self._decoded(sample)
-            if message is not None:
+            newest, self._newest = self._newest, None
+            sample = self._opened(newest)
+            message = self._decoded(sample) if sample is not None else None
+            if sample is not None and message is not None:
                 self._latest, self._attachment = message, sample.attachment
         return self._latest
+
+    def opener(self) -> Callable[[], M | None] | None:
+        """Return what opens the newest message as of now; None before the first."""
+        newest, known = self._newest, self._latest
+        if newest is None:
+            return None if known is None else lambda: known
+
+        def open_then() -> M | None:
+            if self._newest is newest:
+                return self.latest
+            sample = self._opened(newest)
+            return self._decoded(sample) if sample is not None else None
+
+        return open_then
+
+    @property
+    def on_demand(self) -> bool:
+        """Whether it hears of messages only by notices, and fetches those that it opens."""
+        return self._fetching is not None
 
     @property
     def envelope(self) -> Envelope | None:
@@ -122,6 +153,14 @@ class LiveInput(Generic[M]):
         """Whether a new message is to be handled at once, rather than found when it is looked for."""
         return self._handle is not None or any(not waiting.abandoned for waiting in self._waiters)
 
+    def forget_notices(self, sources: Container[str] | None = None) -> None:
+        """Drop the notice of a message that nobody can make any more, if it is of these sources; None: of any."""
+        newest = self._newest
+        if newest is None or not is_notice(newest):
+            return
+        if sources is None or Envelope.from_bytes(newest.attachment).source in sources:
+            self._newest = None
+
     def forget(self) -> None:
         """Drop what was received: the component starts again."""
         self._newest = self._latest = None
@@ -138,9 +177,10 @@ class LiveInput(Generic[M]):
 
     def hand_over(self) -> tuple[HeldSample, ...]:
         """Return the newest message, if any, then those that are kept."""
+        sample = self._opened(self._newest) if self._newest is not None else None
         newest: tuple[HeldSample, ...] = ()
-        if self._newest is not None:
-            newest = (HeldSample(*self._newest),)
+        if sample is not None:
+            newest = (HeldSample(*sample),)
         elif self._latest is not None:
             newest = (self._held(self._latest, self._attachment),)
         return newest + tuple(self._held(message, b"") for message in self._kept)
@@ -172,10 +212,12 @@ class LiveInput(Generic[M]):
         self._newest = sample
         if self._handle is None and not self._waiters and not self.declared.keep:
             return
-        message = self._decoded(sample)
         self._newest = None
-        if message is None:
+        opened = self._opened(sample)
+        message = self._decoded(opened) if opened is not None else None
+        if opened is None or message is None:
             return
+        sample = opened
         self._latest, self._attachment = message, sample.attachment
         if self.declared.keep:
             self._kept.append(message)
@@ -188,6 +230,12 @@ class LiveInput(Generic[M]):
                 self._handle(message)
             except Exception as error:
                 self._reporter.fault(self.name, error)
+
+    def _opened(self, sample: Sample) -> Sample | None:
+        """Return a sample as it is, for a notice what it stands for: None if that is not to be had any more."""
+        if self._fetching is None or not is_notice(sample):
+            return sample
+        return self._fetching.fetch(sample)
 
     def _decoded(self, sample: Sample) -> M | None:
         kind = self._kind or type_encoded(sample.encoding)
@@ -255,6 +303,11 @@ class TopicReader:
     def _deliver_to_all(self, sample: Sample) -> None:
         for port in self.ports:
             port.deliver(sample)
+
+    def forget_notices(self, sources: Container[str] | None = None) -> None:
+        """Drop notices of what nobody can make any more, of some sources or of all."""
+        for port in self.ports:
+            port.forget_notices(sources)
 
     def refuse(self, source: str, why: str) -> None:
         """Report a sample that is no message, once."""

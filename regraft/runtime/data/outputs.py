@@ -81,6 +81,8 @@ class LiveOutput(Generic[M]):
         is now, not what it finds later. Under the real clock it is made at once. If it raises, or a field does not fit,
         that is reported, and the message counts as lost.
 
+        In simulated time it is made only for subscribers, and for readers on demand when they open it.
+
         Raises:
             NotActive: the component is not active.
         """

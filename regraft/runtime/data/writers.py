@@ -14,9 +14,11 @@ from regraft.bus_schema.encoding.envelope import PLACE, Kind, run_part
 from regraft.bus_schema.messages.protocol.control import Resend, Resent, ResentSample
 from regraft.runtime.core.clock import Clock
 from regraft.runtime.core.lease import HeldLease
-from regraft.runtime.data.history import History
+from regraft.runtime.data.history import History, Place
 
 MATCH_POLL = 0.001
+MATCH_INTERVAL = 0.05
+"""Seconds for which what is known of subscriptions counts where messages are promised: to ask takes 50 us."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,10 +50,13 @@ class Writer:
         "_declared",
         "_history",
         "_marker",
+        "_matched",
+        "_matched_until",
         "_now",
         "_promised",
         "_publisher",
         "_source",
+        "_unmade",
         "_writers",
         "encoding",
         "fresh",
@@ -69,6 +74,8 @@ class Writer:
         self._declared = publisher
         self._now = writers.clock.now
         self._promised = 0
+        self._unmade: set[Place] = set()
+        self._matched, self._matched_until = False, 0.0
         self._history: History | None = None
         self.speak()
 
@@ -79,6 +86,7 @@ class Writer:
         self._marker = run_part(Kind.MARKER, identity.epoch, identity.incarnation)
         self._source = identity.name.encode()
         self._publisher: Publisher = _Mute() if self._writers.mute else self._declared
+        self._matched_until = 0.0
 
     def put(self, payload: bytes) -> None:
         """Put the next sample; from any thread but the component's own it would break the numbering."""
@@ -86,29 +94,55 @@ class Writer:
             self._writers.flush()
         attachment = self._next()
         if self._history is not None:
-            self._history.keep(payload, attachment)
+            self._history.keep(self._place, payload, attachment)
         self._publisher.put(payload, attachment)
 
+    @property
+    def _place(self) -> Place:
+        """The place of the newest sample."""
+        return self._writers.identity.epoch, self.sequence
+
     def put_deferred(self, make: Callable[[], bytes]) -> None:
-        """Number and stamp the next sample now, and put what ``make`` returns when promises are kept."""
+        """Number and stamp the next sample now, and put what ``make`` returns when promises are kept.
+
+        In lockstep it is put only if somebody subscribes; else it is made for a reader that asks for it.
+        """
         writers, attachment = self._writers, self._next()
         self._promised += 1
-        writers.deferred.append(lambda: self._keep(attachment, make))
+        place = self._place
+        self._unmade.add(place)
+        writers.deferred.append(lambda: self._keep(place, attachment, make))
         if not writers.defers:
             writers.flush()
 
-    def _keep(self, attachment: bytes, make: Callable[[], bytes]) -> None:
+    def _keep(self, place: Place, attachment: bytes, make: Callable[[], bytes]) -> None:
         """Put what was promised; if that fails, a marker, so that nobody waits for it."""
         self._promised -= 1
         try:
+            self._put_or_defer(place, attachment, make)
+        finally:
+            self._unmade.discard(place)
+
+    def _put_or_defer(self, place: Place, attachment: bytes, make: Callable[[], bytes]) -> None:
+        if self._writers.lockstep and self._history is not None and not self._is_subscribed():
+            self._history.defer(place, make, attachment)
+            return
+        try:
             payload = make()
             if self._history is not None:
-                self._history.keep(payload, attachment)
+                self._history.keep(place, payload, attachment)
             self._publisher.put(payload, attachment)
         except Exception as error:
             self._writers.fault(self.key, error)
             with contextlib.suppress(BusError):
                 self.mark()
+
+    def _is_subscribed(self) -> bool:
+        """Return whether somebody subscribes. A marker, which every new reader sees, has it asked again."""
+        now = time.monotonic()
+        if now > self._matched_until:
+            self._matched, self._matched_until = self._publisher.matched, now + MATCH_INTERVAL
+        return self._matched
 
     def _next(self) -> bytes:
         """Return the attachment of the next sample."""
@@ -124,6 +158,7 @@ class Writer:
     def mark(self) -> None:
         """Put a marker: it states how far the numbering has come."""
         self._writers.flush()
+        self._matched_until = 0.0
         self._declared.put(b"", self._marker + PLACE.pack(self.sequence, self._now()) + self._source)
 
     def keep_history(self) -> None:
@@ -137,8 +172,28 @@ class Writer:
         last = self.sequence if epoch == present else None
         if self._history is None:
             return Resent(last=last)
-        found = self._history.find(epoch, asked.first, self.sequence if asked.last is None else asked.last)
+        wanted = epoch, asked.first, self.sequence if asked.last is None else asked.last
+        self._guarded(lambda history: history.make_deferred(*wanted))
+        found = self._history.find(*wanted)
         return Resent(tuple(ResentSample(*sent, self.encoding) for sent in found), last)
+
+    def is_making(self, asked: Resend) -> bool:
+        """Return whether some of what is asked for has been numbered, and is still to be made."""
+        unmade = {*self._unmade, *(self._history.making if self._history is not None else ())}
+        return any(asked.first <= n and (asked.last is None or n <= asked.last) for _, n in unmade)
+
+    def make_last_deferred(self) -> None:
+        """Make the newest message that nobody has opened, while it can be made."""
+        self._guarded(History.make_last_deferred)
+
+    def _guarded(self, act: Callable[[History], object]) -> None:
+        """Do something with the history; what the making of a message raises is reported, and the message is lost."""
+        if self._history is None:
+            return
+        try:
+            act(self._history)
+        except Exception as error:
+            self._writers.fault(self.key, error)
 
     @property
     def keeps_history(self) -> bool:
@@ -211,8 +266,17 @@ class Writers:
     def resend(self, asked: Resend) -> Resent:
         """Return what is kept of the samples that a reader has not got."""
         self.flush()
+        return self.resend_made(asked)
+
+    def resend_made(self, asked: Resend) -> Resent:
+        """Return the same without what is still to be made; from within a handler."""
         writer = self.open_keys.get(asked.key)
         return writer.resend(asked) if writer is not None else Resent()
+
+    def is_making(self, asked: Resend) -> bool:
+        """Return whether some of what is asked for is still to be made."""
+        writer = self.open_keys.get(asked.key)
+        return writer is not None and writer.is_making(asked)
 
     def mark_all(self) -> None:
         """Report how far the numbering of every key has come whose readers are to get every sample."""
@@ -224,6 +288,12 @@ class Writers:
         """Make and put what was promised, in its order."""
         while self.deferred:
             self.deferred.popleft()()
+
+    def make_last_deferred(self) -> None:
+        """Make the newest message of each key that nobody has opened: the component is about to stop."""
+        self.flush()
+        for writer in self.open_keys.values():
+            writer.make_last_deferred()
 
     def close(self, key: str) -> None:
         """Undeclare a key."""

@@ -52,10 +52,16 @@ class Connections:
         port = parts.inputs[name]
         reader = parts.reader(key)
         if reader is None:
-            parts.inbound.add(key, TopicReader((port,)))
-            self._subscriptions[key] = parts.bus.subscribe(key, parts.take_in)
+            reader = TopicReader((port,))
+            if port.on_demand:
+                parts.inbound.add_on_demand(key, reader)
+                return
+            parts.inbound.add(key, reader)
         elif port not in reader.ports:
             reader.read_by(*reader.ports, port)
+        if key not in self._subscriptions and not port.on_demand:
+            parts.inbound.on_demand.pop(key, None)
+            self._subscriptions[key] = parts.bus.subscribe(key, parts.take_in)
 
     def stop_reading(self, name: str, key: str) -> None:
         """Take an input off a key. The subscription ends with its last reader."""

@@ -135,6 +135,7 @@ class Lifecycle:
 
     def _stop_acting(self, why: str) -> None:
         parts = self._parts
+        parts.writers.make_last_deferred()
         self._connections.pause()
         parts.timers.stop_all()
         for server in parts.servers:

@@ -107,6 +107,8 @@ class Rewiring:
         return Pending(lambda: not missing(), lambda: {"missing": missing()})
 
     def _has_seen(self, key: str, peer: Peer, port_name: str) -> bool:
+        if key in self._parts.inbound.on_demand:
+            return True  # nobody is to send it anything
         port = self._parts.inputs.get(port_name)
         if port is not None and port.move is not None and port.move.key == key:
             return port.move.marks.get(peer.component, (0, 0))[0] == peer.incarnation

@@ -70,7 +70,7 @@ class HydrantDetector(Component):
     time_per_request = Quality("until the reply", unit="s", better="lower", minimum=0.0, measured=False)
     cpu_per_request = Quality("of one core", unit="s", better="lower", minimum=0.0, measured=False)
 
-    image = Input(Image, latest_only=True, description="where to look")
+    image = Input(Image, latest_only=True, on_demand=True, description="where to look")
     odometry = Input(Odometry, keep=KEPT, required=False, description="where robot and camera are in the map")
     detections = Output(Detections, description="what each picture shows that was looked at")
     energy = Output(EnergyUse, description="what an on-board picture takes")

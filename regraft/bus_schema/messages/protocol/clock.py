@@ -53,12 +53,14 @@ class Step:
 class Wiring:
     """The keys that a member reads (true where new data wakes it) and those it writes, with their last sequence.
 
-    ``anew`` names keys that it had stopped reading, and reads again, since it last sent its wiring.
+    ``anew`` names keys that it had stopped reading, and reads again, since it last sent its wiring. ``on_demand`` names
+    those that it reads without a subscription: it fetches what it opens.
     """
 
     inputs: dict[str, bool]
     outputs: dict[str, Count]
     anew: tuple[str, ...] = ()
+    on_demand: tuple[str, ...] = ()
 
 
 @message("regraft/Ack")
