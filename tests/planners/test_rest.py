@@ -139,8 +139,13 @@ def test_two_planners_of_one_class_are_listed_and_asked_apart(served: Served) ->
         served.manager.architecture = served.manager.architecture.with_component(
             replace(spec(BanditPlanner, name), services=services)
         )
-    wait_until(lambda: len(served.http.get("/planners").json()["planners"]) == 3, "three planners")
-    lines = served.http.get("/planners").json()["planners"]
+
+    def described() -> list[dict[str, Any]]:
+        lines: list[dict[str, Any]] = served.http.get("/planners").json()["planners"]
+        return [line for line in lines if line["description"]]
+
+    wait_until(lambda: len(described()) == 3, "three planners to answer")
+    lines = described()
     expected = ["bandits", "cautious", "left.bandits"]
     assert [line["planner"] for line in lines] == [line["component"] for line in lines] == expected
     assert [line["description"]["planner"] for line in lines] == expected
