@@ -210,7 +210,8 @@ class Coordinator:
     def run_tick(self, advance: Callable[[], None]) -> None:
         """Let the source advance, then run rounds and slots until the tick is quiet."""
         self.take_in()
-        note_wanted(self._runtime, self.membership.wanted(self.local))
+        if (wanted := self.membership.news_of_wanted(self.local)) is not None:
+            note_wanted(self._runtime, wanted)
         self._runtime.writers.defers = True
         advance()
         self.local.due = True

@@ -198,7 +198,14 @@ class Membership:
                     reader.backlog += 1
                     reader.due = reader.due or wakes or reader.backlog >= MAX_BACKLOG
 
-    def wanted(self, member: MemberState) -> tuple[str, ...]:
-        """Return the keys of a member's outputs that other members read, and those of the relayed topics."""
+    def news_of_wanted(self, member: MemberState) -> tuple[str, ...] | None:
+        """Return the keys of a member's outputs that other members read, and those of the relayed topics.
+
+        None if they are the ones that were returned before.
+        """
         read = [key for key in member.outputs if self.readers(key)]
-        return tuple(sorted({*read, *self.relayed} if self.relayed else read))
+        wanted = tuple(sorted({*read, *self.relayed} if self.relayed else read))
+        if wanted == member.wanted:
+            return None
+        member.wanted = wanted
+        return wanted

@@ -81,7 +81,6 @@ class StepDispatcher:
             member = self._membership.members[name]
             member.number += 1
             working = kind is StepKind.STEP
-            wanted = self._membership.wanted(member) if working else member.wanted
             gone = member.take_gone() if working else ()
             frontier = member.begin_step() if working else {}
             step = Step(
@@ -93,12 +92,11 @@ class StepDispatcher:
                 self._moment.time,
                 frontier,
                 gone,
-                wanted if wanted != member.wanted else None,
+                self._membership.news_of_wanted(member) if working else None,
                 outside,
                 tuple(sorted((marks or {}).get(name, ()))),
                 member.take_ended() if working else (),
             )
-            member.wanted = wanted
             self._steps[name] = step
             self._sent[name] = time.monotonic()
             self._publisher.put(self._keys.clock(f"step/{name}"), step)

@@ -7,22 +7,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 from regraft.bus.inbox import Inbox
 from regraft.bus.interface import Answer, Bus, BusError, Query, Sample
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.envelope import Envelope
-from regraft.bus_schema.errors import BadMessage, SchemaError
+from regraft.bus_schema.errors import SchemaError
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.control import Resend, Resent
 from regraft.patience import Patience
+from regraft.runtime.data.repair import ANSWER_TIMEOUT, NO_WRITER_TIMEOUT, RETRY_INTERVAL
 
-ANSWER_TIMEOUT = 1.0
-RETRY_INTERVAL = 0.25
-NO_WRITER_TIMEOUT = 1.0
-"""Seconds for which a writer that is not reached is tried: its link may be being opened again."""
 GIVE_UP_TIMEOUT = 8.0
 """Seconds after which a writer that does not answer is given up: it may be in a long step."""
 RESEND = "/resend"
@@ -39,11 +37,11 @@ def is_notice(sample: Sample) -> bool:
     return not sample.payload
 
 
-@dataclass(slots=True)
-class _Answered:
-    """Lies in the inbox where a question was answered; nothing is left to do about one that comes too late."""
+@dataclass(slots=True, eq=False)
+class _Question:
+    """One question. It lies in the inbox when it is answered; nothing is left to do about one that comes too late."""
 
-    answers: list[Answer]
+    answers: list[Answer] = field(default_factory=list)
 
     def __call__(self) -> None:
         pass
@@ -73,54 +71,52 @@ class Fetching:
     def fetch(self, wanted: Sample) -> Sample | None:
         """Return the message that a notice stands for; None if its writer has it no longer, or gives no answer."""
         envelope = Envelope.from_bytes(wanted.attachment)
-        question = codec.encode(Resend(wanted.key, 0, envelope.sequence, envelope.sequence))
+        asked = codec.encode(Resend(wanted.key, 0, envelope.sequence, envelope.sequence))
         try:
-            resent = self._ask(self._keys.control(envelope.source, "*", "resend"), question)
-        except (SchemaError, BusError):
-            resent = None
-        if resent is None:
-            self._error = self._error or f"{wanted.key} of {envelope.source}, {envelope.sequence}: no answer"
+            answer = self._ask(self._keys.control(envelope.source, "*", "resend"), asked)
+            if answer is None:
+                raise BusError("no answer")
+            resent = codec.decode(answer.payload, Resent) if not answer.error else Resent()
+        except (SchemaError, BusError) as error:
+            self._error = self._error or f"{wanted.key} of {envelope.source}, {envelope.sequence}: {error}"
             return None
         found = next(iter(resent.samples), None)
         return Sample(wanted.key, found.payload, found.attachment, found.encoding) if found else None
 
-    def _ask(self, key: str, question: bytes) -> Resent | None:
+    def _ask(self, key: str, asked: bytes) -> Answer | None:
         within, reached = Patience(GIVE_UP_TIMEOUT), Patience(NO_WRITER_TIMEOUT)
         set_aside: list[Any] = []
         try:
             while not within.is_over():
-                asked = time.monotonic()
-                self._bus.ask(key, question, ANSWER_TIMEOUT, lambda found: self._inbox.put(_Answered(found)))
-                resent = self._resent(self._wait(set_aside, ANSWER_TIMEOUT + RETRY_INTERVAL))
-                if resent is not None:
-                    return resent
-                is_there = time.monotonic() - asked >= ANSWER_TIMEOUT
-                if not is_there and reached.is_over():
-                    return None
-                self._wait(set_aside, RETRY_INTERVAL if not is_there else 0.0)
+                began, question = time.monotonic(), _Question()
+                self._bus.ask(key, asked, ANSWER_TIMEOUT, partial(self._note, question))
+                if self._wait(question, set_aside, ANSWER_TIMEOUT + RETRY_INTERVAL):
+                    return question.answers[0]
+                if time.monotonic() - began < ANSWER_TIMEOUT:  # there is nobody to ask
+                    if reached.is_over():
+                        return None
+                    self._wait(_Question(), set_aside, RETRY_INTERVAL)
             return None
         finally:
             self._inbox.put_back(set_aside)
 
-    def _wait(self, set_aside: list[Any], seconds: float) -> list[Answer]:
-        """Return the answers, none if there are none in time; what else arrives is set aside."""
+    def _note(self, question: _Question, answers: list[Answer]) -> None:
+        question.answers += answers
+        self._inbox.put(question)
+
+    def _wait(self, question: _Question, set_aside: list[Any], seconds: float) -> bool:
+        """Wait until a question is answered, and return whether it was; everything else is set aside.
+
+        The answer to another question is for a fetch in the middle of which this one began.
+        """
         until = time.monotonic() + seconds
         while (left := until - time.monotonic()) > 0.0:
             item = self._inbox.get(min(left, self._beat_if_due()))
-            if type(item) is _Answered:
-                return item.answers
+            if item is question:
+                return bool(question.answers)
             if item is None:
                 continue
             query = self._bus.open_query(item)
             if query is None or not query.key.endswith(RESEND) or not self.answer(query):
                 set_aside.append(item)
-        return []
-
-    @staticmethod
-    def _resent(answers: list[Answer]) -> Resent | None:
-        for answer in answers:
-            try:
-                return codec.decode(answer.payload, Resent) if not answer.error else Resent()
-            except BadMessage:
-                return Resent()
-        return None
+        return False

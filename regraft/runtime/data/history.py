@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Container, Iterable, Sized
-from typing import Protocol
+from collections.abc import Callable, Collection
 
 MAX_KEPT = 2048
 """Samples that are kept, and as many that are deferred: two seconds at 1 kHz."""
@@ -22,23 +21,15 @@ Place = tuple[int, int]
 """Epoch and sequence of a sample."""
 
 
-class _Places(Container[Place], Iterable[Place], Sized, Protocol):
-    """The places of some samples."""
-
-
 class History:
-    """Samples of one key in the order in which they were put or made; the oldest are dropped.
+    """Samples of one key in the order in which they were put or made; the oldest are dropped."""
 
-    ``making`` has the places of those that are being made: that may take questions to others.
-    """
-
-    __slots__ = ("_bytes", "_deferred", "_sent", "making")
+    __slots__ = ("_bytes", "_deferred", "_sent")
 
     def __init__(self) -> None:
         self._sent: OrderedDict[Place, Sent] = OrderedDict()
         self._deferred: OrderedDict[Place, Deferred] = OrderedDict()
         self._bytes = 0
-        self.making: set[Place] = set()
 
     def keep(self, place: Place, payload: bytes, attachment: bytes) -> None:
         """Keep a sample that is being put."""
@@ -54,28 +45,15 @@ class History:
         if len(self._deferred) > MAX_KEPT:
             self._deferred.popitem(last=False)
 
-    def make_deferred(self, epoch: int, first: int, last: int) -> None:
-        """Make what was deferred of the sequences ``first`` to ``last`` of an epoch; raises what making one raises."""
-        for place in _within(self._deferred, epoch, first, last):
-            if place in self._deferred:  # else it was made for somebody else while the one before was being made
-                self._make(place)
+    def take_deferred(self, epoch: int, first: int, last: int) -> dict[Place, Deferred]:
+        """Return what was deferred of the sequences ``first`` to ``last`` of an epoch, to be made now."""
+        return {place: self._deferred.pop(place) for place in _within(self._deferred, epoch, first, last)}
 
-    def make_last_deferred(self) -> None:
-        """Make the newest of what was deferred, and drop the others; raises what making it raises."""
-        if self._deferred:
-            newest = next(reversed(self._deferred))
-            try:
-                self._make(newest)
-            finally:
-                self._deferred.clear()
-
-    def _make(self, place: Place) -> None:
-        make, attachment = self._deferred.pop(place)
-        self.making.add(place)
-        try:
-            self.keep(place, make(), attachment)
-        finally:
-            self.making.discard(place)
+    def take_last_deferred(self) -> dict[Place, Deferred]:
+        """Return the newest of what was deferred, if any, to be made now; the others are dropped."""
+        newest = dict([self._deferred.popitem()] if self._deferred else [])
+        self._deferred.clear()
+        return newest
 
     def find(self, epoch: int, first: int, last: int) -> list[Sent]:
         """Return what is kept of the sequences ``first`` to ``last`` of an epoch, as much as one answer holds."""
@@ -90,7 +68,7 @@ class History:
         return found
 
 
-def _within(places: _Places, epoch: int, first: int, last: int) -> list[Place]:
+def _within(places: Collection[Place], epoch: int, first: int, last: int) -> list[Place]:
     """Return the places of an epoch from ``first`` to ``last``, in sequence; most questions are for a few of many."""
     if last - first < len(places):
         return [(epoch, n) for n in range(first, last + 1) if (epoch, n) in places]

@@ -100,6 +100,11 @@ class Inbound:
         self.on_demand[key] = consumer
         self.add(key, consumer)
 
+    def end_on_demand(self, key: str) -> None:
+        """Take what comes at ``key`` from now on: it is subscribed to, or read no longer."""
+        if self.on_demand.pop(key, None) is not None:
+            self._unwire(key)
+
     def remove(self, key: str) -> None:
         """Forget a key and its streams."""
         self._known.clear()
@@ -108,8 +113,7 @@ class Inbound:
         self.consumers.pop(key, None)
         self.patterns.pop(key, None)
         self._asleep.discard(key)
-        if self.on_demand.pop(key, None) is not None:
-            self._unwire(key)
+        self.end_on_demand(key)
         for pair in [pair for pair in self.streams if pair[0] == key]:
             del self.streams[pair]
             self.holes.discard(pair)
@@ -323,7 +327,9 @@ class Inbound:
 
     def forget_sources(self, sources: tuple[str, ...]) -> None:
         """Drop what sources that left sent beyond their last frontier, also what of it comes only later."""
-        for consumer in self.on_demand.values() if sources else ():
+        if not sources:
+            return
+        for consumer in self.on_demand.values():
             consumer.forget_notices(sources)
         self._noticed = {pair: n for pair, n in self._noticed.items() if pair[1] not in sources}
         for pair in [pair for pair in self.streams if pair[1] in sources]:

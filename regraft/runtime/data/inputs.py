@@ -94,10 +94,7 @@ class LiveInput(Generic[M]):
         """The newest message, None before the first."""
         if self._newest is not None:
             newest, self._newest = self._newest, None
-            sample = self._opened(newest)
-            message = self._decoded(sample) if sample is not None else None
-            if sample is not None and message is not None:
-                self._latest, self._attachment = message, sample.attachment
+            self._keep(self._read(newest))
         return self._latest
 
     def opener(self) -> Callable[[], M | None] | None:
@@ -109,8 +106,8 @@ class LiveInput(Generic[M]):
         def open_then() -> M | None:
             if self._newest is newest:
                 return self.latest
-            sample = self._opened(newest)
-            return self._decoded(sample) if sample is not None else None
+            read = self._read(newest)
+            return read[0] if read is not None else None
 
         return open_then
 
@@ -213,12 +210,11 @@ class LiveInput(Generic[M]):
         if self._handle is None and not self._waiters and not self.declared.keep:
             return
         self._newest = None
-        opened = self._opened(sample)
-        message = self._decoded(opened) if opened is not None else None
-        if opened is None or message is None:
+        read = self._read(sample)
+        self._keep(read)
+        if read is None:
             return
-        sample = opened
-        self._latest, self._attachment = message, sample.attachment
+        message, _ = read
         if self.declared.keep:
             self._kept.append(message)
         if self._waiters:
@@ -230,6 +226,16 @@ class LiveInput(Generic[M]):
                 self._handle(message)
             except Exception as error:
                 self._reporter.fault(self.name, error)
+
+    def _read(self, sample: Sample) -> tuple[M, bytes] | None:
+        """Return the message of a sample or notice, with its envelope; None if there is none."""
+        opened = self._opened(sample)
+        message = self._decoded(opened) if opened is not None else None
+        return (message, opened.attachment) if opened is not None and message is not None else None
+
+    def _keep(self, read: tuple[M, bytes] | None) -> None:
+        if read is not None:
+            self._latest, self._attachment = read
 
     def _opened(self, sample: Sample) -> Sample | None:
         """Return a sample as it is, for a notice what it stands for: None if that is not to be had any more."""

@@ -14,7 +14,7 @@ from regraft.bus_schema.encoding.envelope import PLACE, Kind, run_part
 from regraft.bus_schema.messages.protocol.control import Resend, Resent, ResentSample
 from regraft.runtime.core.clock import Clock
 from regraft.runtime.core.lease import HeldLease
-from regraft.runtime.data.history import History, Place
+from regraft.runtime.data.history import Deferred, History, Place
 
 MATCH_POLL = 0.001
 MATCH_INTERVAL = 0.05
@@ -53,7 +53,6 @@ class Writer:
         "_matched",
         "_matched_until",
         "_now",
-        "_promised",
         "_publisher",
         "_source",
         "_unmade",
@@ -73,7 +72,6 @@ class Writer:
         self._writers = writers
         self._declared = publisher
         self._now = writers.clock.now
-        self._promised = 0
         self._unmade: set[Place] = set()
         self._matched, self._matched_until = False, 0.0
         self._history: History | None = None
@@ -90,7 +88,7 @@ class Writer:
 
     def put(self, payload: bytes) -> None:
         """Put the next sample; from any thread but the component's own it would break the numbering."""
-        if self._promised:
+        if self._unmade:
             self._writers.flush()
         attachment = self._next()
         if self._history is not None:
@@ -108,7 +106,6 @@ class Writer:
         In lockstep it is put only if somebody subscribes; else it is made for a reader that asks for it.
         """
         writers, attachment = self._writers, self._next()
-        self._promised += 1
         place = self._place
         self._unmade.add(place)
         writers.deferred.append(lambda: self._keep(place, attachment, make))
@@ -117,7 +114,6 @@ class Writer:
 
     def _keep(self, place: Place, attachment: bytes, make: Callable[[], bytes]) -> None:
         """Put what was promised; if that fails, a marker, so that nobody waits for it."""
-        self._promised -= 1
         try:
             self._put_or_defer(place, attachment, make)
         finally:
@@ -173,27 +169,31 @@ class Writer:
         if self._history is None:
             return Resent(last=last)
         wanted = epoch, asked.first, self.sequence if asked.last is None else asked.last
-        self._guarded(lambda history: history.make_deferred(*wanted))
+        self._make(self._history.take_deferred(*wanted))
         found = self._history.find(*wanted)
         return Resent(tuple(ResentSample(*sent, self.encoding) for sent in found), last)
 
     def is_making(self, asked: Resend) -> bool:
         """Return whether some of what is asked for has been numbered, and is still to be made."""
-        unmade = {*self._unmade, *(self._history.making if self._history is not None else ())}
-        return any(asked.first <= n and (asked.last is None or n <= asked.last) for _, n in unmade)
+        return any(asked.first <= n and (asked.last is None or n <= asked.last) for _, n in self._unmade)
 
     def make_last_deferred(self) -> None:
         """Make the newest message that nobody has opened, while it can be made."""
-        self._guarded(History.make_last_deferred)
+        if self._history is not None:
+            self._make(self._history.take_last_deferred())
 
-    def _guarded(self, act: Callable[[History], object]) -> None:
-        """Do something with the history; what the making of a message raises is reported, and the message is lost."""
-        if self._history is None:
-            return
-        try:
-            act(self._history)
-        except Exception as error:
-            self._writers.fault(self.key, error)
+    def _make(self, deferred: dict[Place, Deferred]) -> None:
+        """Make messages for the history; one that cannot be made is reported, and lost."""
+        self._unmade.update(deferred)
+        for place, (make, attachment) in deferred.items():
+            try:
+                payload = make()
+                if self._history is not None:
+                    self._history.keep(place, payload, attachment)
+            except Exception as error:
+                self._writers.fault(self.key, error)
+            finally:
+                self._unmade.discard(place)
 
     @property
     def keeps_history(self) -> bool:

@@ -60,7 +60,7 @@ class Connections:
         elif port not in reader.ports:
             reader.read_by(*reader.ports, port)
         if key not in self._subscriptions and not port.on_demand:
-            parts.inbound.on_demand.pop(key, None)
+            parts.inbound.end_on_demand(key)
             self._subscriptions[key] = parts.bus.subscribe(key, parts.take_in)
 
     def stop_reading(self, name: str, key: str) -> None:
