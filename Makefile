@@ -10,10 +10,12 @@ OTHER := build/$(notdir $(PYTHON))
 # What Python's version could break: the language, the standard library, compiled packages, processes, asyncio, installing.
 PORTABLE := tests/behavior_tree tests/kit tests/schema tests/stack tests/gateway/test_server.py tests/outside/test_wheel.py
 PORTABLE_RUN := tests/frog/test_runs.py::test_a_run_closes_with_one_object_and_equal_seeds_give_equal_digests
+# What each change must pass.
+ALWAYS := not evidence and not attack
 # The benchmarks compare times; coverage.py complains at its end where there is no room for a file.
 NOT_MEASURED := --ignore tests/benchmarks --deselect tests/evaluation/test_campaign.py::test_without_room_it_says_so_and_leaves_no_half_of_a_table
 
-.PHONY: help frog patrol test test-python check coverage bench evidence attack docs lock clean
+.PHONY: help frog patrol test test-slow test-python check coverage bench evidence attack docs lock clean
 
 help: ## Say what there is
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 12
@@ -27,8 +29,11 @@ patrol: .venv/frog ## Run the patrol: a robot on corridors whose laser, camera a
 test: .venv/ready ## Pass the tests (a few minutes)
 	$(BIN)/pytest
 
+test-slow: .venv/ready ## Pass the slow tests: robots on missions, several hosts, studies, the installed package
+	$(BIN)/pytest -m "slow and $(ALWAYS)"
+
 test-python: $(OTHER)/ready ## Pass what another Python could break: make test-python PYTHON=python3.12
-	$(OTHER)/bin/pytest $(PORTABLE) $(PORTABLE_RUN)
+	$(OTHER)/bin/pytest -m "$(ALWAYS)" $(PORTABLE) $(PORTABLE_RUN)
 
 check: .venv/ready ## Format, lint, types, architecture
 	$(BIN)/ruff format --check .
@@ -37,10 +42,10 @@ check: .venv/ready ## Format, lint, types, architecture
 	$(BIN)/lint-imports
 	@! test -f build/coverage/rooms.txt || tail -n 1 build/coverage/rooms.txt
 
-coverage: .venv/ready ## Pass the tests and measure which code they reach: build/coverage
+coverage: .venv/ready ## Pass all these tests and measure which code they reach: build/coverage
 	rm -rf build/coverage
 	mkdir -p build/coverage
-	$(BIN)/coverage run -m pytest $(NOT_MEASURED); code=$$?; \
+	$(BIN)/coverage run -m pytest -m "$(ALWAYS)" $(NOT_MEASURED); code=$$?; \
 	$(BIN)/coverage combine --quiet && $(BIN)/coverage html --quiet && $(BIN)/coverage json --quiet && \
 	$(BIN)/python -m tests.coverage_by_room && exit $$code
 

@@ -20,6 +20,8 @@ from regraft.stack import load
 from tests.support.paths import FROG, ROOT
 from tests.support.waiting import PATIENCE
 
+pytestmark = pytest.mark.slow
+
 TINY = ("--rounds", "1", "--share", "0.01")
 FOR_INFORMATION = {"adaptations", "devices", "memory"}
 """Benchmarks of what has no budget."""

@@ -17,7 +17,7 @@ from tests.cli.live import STACK, Done, System, regraft
 from tests.executor.helpers import tree
 from tests.support.tables import check_each
 
-pytestmark = pytest.mark.timeout(600)
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
 MORE = """\
   mission: {type: regraft/MissionStatus}

@@ -46,7 +46,7 @@ def asked(clone: Path) -> list[str]:
 
 
 def test_one_python_passes_everything(clone: Path) -> None:
-    assert asked(clone) == ["check", "test"]
+    assert asked(clone) == ["check", "test", "test-slow"]
 
 
 def test_others_are_taken_from_the_path_first_and_then_from_pyenv(clone: Path) -> None:
@@ -58,6 +58,7 @@ def test_others_are_taken_from_the_path_first_and_then_from_pyenv(clone: Path) -
     assert asked(clone) == [
         "check",
         "test",
+        "test-slow",
         f"test-python PYTHON=python{on_path}",
         f"test-python PYTHON={installed}",
     ]

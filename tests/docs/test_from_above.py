@@ -17,6 +17,8 @@ from tests.docs.test_docs import commands_in
 from tests.support.paths import ROOT
 from tests.support.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 REGRAFT = Path(sys.executable).parent / "regraft"
 README = ROOT / "README.md"
 ASKED = "frog/rounds.yaml"

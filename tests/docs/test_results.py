@@ -13,6 +13,8 @@ from regraft.evaluation.publishing.documents import filled
 from regraft.evaluation.results.table import read_table
 from tests.support.paths import ROOT
 
+pytestmark = pytest.mark.slow
+
 RESULTS = sorted((ROOT / "docs" / "results").glob("*.csv"))
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 

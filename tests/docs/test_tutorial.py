@@ -18,6 +18,8 @@ from tests.support.machine.ports import free_port
 from tests.support.paths import ROOT
 from tests.support.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 PAGE = (ROOT / "docs" / "components.md").read_text()
 
 

@@ -14,6 +14,8 @@ from regraft.testing import Rig
 
 from .course import MAPPERS, TRAVEL_NOISE, Course, Truth
 
+pytestmark = pytest.mark.slow
+
 CASES: list[tuple[type[Navigator], float]] = [(Navigator, 0.26), (PursuitNavigator, 0.18)]
 Driven = tuple[type[Navigator], float, Truth]
 

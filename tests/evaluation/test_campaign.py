@@ -27,6 +27,8 @@ from tests.support.frog import Load
 from tests.support.paths import ROOT
 from tests.support.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 STUDY = "tests.evaluation.tiny:STUDY"
 
 

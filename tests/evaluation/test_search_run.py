@@ -9,6 +9,8 @@ import pytest
 from regraft.evaluation.runs.search_run import run_search
 from regraft.stack.installed import stack_file
 
+pytestmark = pytest.mark.slow
+
 
 def test_its_closing_line_has_the_digest_and_how_many_ticks_it_covers(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -14,6 +14,8 @@ from tests.support.worlds import frog_scene, truth_of
 from .rooms import Room, frog_room, room_of, standing_places
 from .tour import Tour
 
+pytestmark = pytest.mark.slow
+
 FROG = "regraft/stacks/frog/world.xml"
 every_strategy = pytest.mark.parametrize("strategy", sorted(STRATEGIES))
 

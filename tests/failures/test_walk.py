@@ -14,6 +14,8 @@ from tests.failures.kinds import ELSEWHERE, KINDS, KINDS_OF_TWO_HOSTS
 from tests.failures.place import Place
 from tests.failures.walk import Walk, plan, walk
 
+pytestmark = pytest.mark.slow
+
 WAYS = (
     *(("before", how, "component") for how in ("die", "hang", "late")),
     ("during", "die", "component"),

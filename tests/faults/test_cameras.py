@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from tests.support.frog import run_frog
+
+pytestmark = pytest.mark.slow
 
 KILLS = ("3.1 camera kill", "5.6 detector kill", "8.3 camera kill")
 

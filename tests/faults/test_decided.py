@@ -11,6 +11,8 @@ import pytest
 from tests.faults.stacks import STACK, write
 from tests.support.commands import in_home, run
 
+pytestmark = pytest.mark.slow
+
 CLASSES = {
     "forecast": "regraft.adaptation_manager.planners.forecast.forecast_planner:ForecastPlanner",
     "bandits": "regraft.adaptation_manager.planners.bandits.bandit_planner:BanditPlanner",

@@ -11,6 +11,8 @@ import pytest
 from tests.faults.stacks import write
 from tests.support.commands import in_home, run
 
+pytestmark = pytest.mark.slow
+
 
 def _run(folder: Path, *options: str, seconds: float = 5.0) -> dict[str, Any]:
     folder.mkdir()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from tests.frog.changes import (
     CAMERA,
     DETECTOR,
@@ -15,6 +17,8 @@ from tests.frog.changes import (
     swap,
 )
 from tests.frog.scripted import applied, scripted, twice
+
+pytestmark = pytest.mark.slow
 
 OTHERS = ("camera", "corner_camera", "map_server", "battery", "lighting", "reflection", "detector")
 

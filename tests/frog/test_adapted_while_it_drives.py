@@ -26,6 +26,8 @@ from tests.support.paths import FROG
 from tests.support.systems import home
 from tests.support.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 FAILED = (MissionState.FAILED, MissionState.HALTED)
 TICK = 0.05
 SLOW = {"change": "set_parameters", "component": "navigator", "parameters": {"max_velocity": 0.10}}

@@ -19,6 +19,8 @@ from tests.support.machine.processes import children_of, wait_gone
 from tests.support.systems import home
 from tests.support.waiting import wait_until
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def frog(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Frog]:

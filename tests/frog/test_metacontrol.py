@@ -5,6 +5,8 @@ from __future__ import annotations
 import sqlite3
 from pathlib import Path
 
+import pytest
+
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.writing import generated
 from regraft.adaptation_manager.planners.metacontrol.skills.reading import checked_skills
 from regraft.bus_schema.encoding import codec
@@ -13,6 +15,8 @@ from regraft.services.observers.evidence import topics_of
 from regraft.stack import load
 from tests.support.frog import run_frog
 from tests.support.paths import FROG
+
+pytestmark = pytest.mark.slow
 
 STACK = FROG / "metacontrol.yaml"
 SKILLS = FROG / "metacontrol.skills"

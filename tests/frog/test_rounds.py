@@ -6,11 +6,15 @@ import os
 import signal
 from typing import Any
 
+import pytest
+
 from regraft.bus_schema.messages.quality import Quality
 from tests.frog.conftest import StartFrog
 from tests.support.frog import Frog
 from tests.support.paths import FROG
 from tests.support.waiting import wait_until
+
+pytestmark = pytest.mark.slow
 
 ROUNDS = FROG / "rounds.yaml"
 REQUIREMENTS = [

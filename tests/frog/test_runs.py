@@ -11,6 +11,8 @@ from tests.frog.changes import FEATURE, TEMPLATE, swap
 from tests.frog.scripted import applied, scripted
 from tests.support.frog import Run, run_frog
 
+pytestmark = pytest.mark.slow
+
 SECONDS = 10
 
 

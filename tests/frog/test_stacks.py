@@ -13,6 +13,8 @@ from regraft.host.plan import HostPlan
 from regraft.stack import load
 from tests.support.paths import FROG
 
+pytestmark = pytest.mark.slow
+
 STACKS = sorted(path for path in FROG.glob("*.yaml") if path.stem != "base")
 TRUTH = ("ground_truth", "truth/")
 ALTERNATIVES = {

@@ -20,6 +20,8 @@ from tests.support.commands import AnyProcess, Command
 from tests.support.machine.processes import children_of, exists, wait_gone
 from tests.support.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 Write = Callable[..., Path]
 Begin = Callable[..., AnyProcess]
 

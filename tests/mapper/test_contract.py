@@ -23,6 +23,8 @@ from tests.services.rigs import set_parameters
 
 from .room import MAPPERS, THINGS, TICK, WALLS, Ride, circle, true_cells
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(params=MAPPERS, ids=lambda cls: cls.__name__)
 def mapper(request: pytest.FixtureRequest) -> type[MappingComponent]:

@@ -14,6 +14,8 @@ from regraft.testing import Rig
 from .drives import IN_SIGHT, OUT_OF_SIGHT, Drive, Moment, down_corridor
 from .room import MOUNT, RANGE, TICK
 
+pytestmark = pytest.mark.slow
+
 ACROSS = 2.8
 """rad: the heading of a corridor that leads across the rows of a map's cells."""
 KNOWN = 0.15

@@ -18,6 +18,8 @@ from tests.missions.acting import CORNER, OWN
 from tests.missions.robot import MISSIONS, darkness
 from tests.missions.test_rounds import FAR, NEAR, Rounds
 
+pytestmark = pytest.mark.slow
+
 COMMON = (
     "rounds_internal_common",
     "rounds_external_common",

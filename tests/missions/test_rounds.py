@@ -21,6 +21,8 @@ from tests.executor.robot import goals
 from tests.missions.acting import CORNER, OWN, ActingManager, PlainCamera, Senses
 from tests.missions.robot import MISSIONS, NODES, Detector, Navigator, darkness
 
+pytestmark = pytest.mark.slow
+
 NEAR, FAR = 0.3, 2.0
 """Metres: within the first tenth of the lidar's range, and well beyond."""
 START = 0.1

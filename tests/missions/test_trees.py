@@ -30,6 +30,8 @@ from tests.missions.robot import (
     sensors,
 )
 
+pytestmark = pytest.mark.slow
+
 NEVER_SUCCEED = {"Rounds", "Frog", "Inspection"}
 """They go on for ever."""
 NEVER_FAIL = {"LookAgain", "WaitForLight", "LookForHydrant", "Frog", "Inspection"}

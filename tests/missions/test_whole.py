@@ -9,6 +9,8 @@ import pytest
 from regraft.evaluation.runs.search_run import run_search
 from tests.missions.robot import STACKS
 
+pytestmark = pytest.mark.slow
+
 
 def test_a_robot_that_explores_maps_the_room_and_knows_its_place_without_touching_anything(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

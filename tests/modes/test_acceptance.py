@@ -21,6 +21,8 @@ from tests.support.commands import in_home, run
 from tests.support.systems import System
 from tests.support.waiting import PATIENCE, slowness, wait_until
 
+pytestmark = pytest.mark.slow
+
 TICKS_A_SECOND = 20
 
 

@@ -16,6 +16,8 @@ from tests.modes.stacks import MODES, RULES
 from tests.modes.wholes import whole_modes
 from tests.support.waiting import PATIENCE
 
+pytestmark = pytest.mark.slow
+
 ONCE = STACK.replace("failures: 0", "failures: 1") + MODES + RULES
 DEGRADING, RETURNING = 0.5, 2.0
 """Times at which the next mode that is entered is the degraded, or the normal one."""

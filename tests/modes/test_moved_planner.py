@@ -23,6 +23,8 @@ from tests.support.hosts import JoinedHost
 from tests.support.systems import System, home
 from tests.support.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 PLANNER = "mode_planner"
 
 

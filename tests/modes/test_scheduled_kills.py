@@ -14,6 +14,8 @@ from tests.modes.stacks import write
 from tests.modes.wholes import whole_modes
 from tests.support.commands import in_home, run
 
+pytestmark = pytest.mark.slow
+
 KILLS = (1.2, 2.8, 4.1)
 """As a rule settles, as the normal mode is entered, and as the degraded one is entered again."""
 

@@ -30,6 +30,8 @@ from regraft.testing import Rig
 from ..services.rigs import set_parameters
 from .bench import TREES, Bench, add, framed
 
+pytestmark = pytest.mark.slow
+
 DEFAULT = "navigate_to_pose_w_replanning_and_recovery.xml"
 THROUGH = "navigate_through_poses_w_replanning_and_recovery.xml"
 

@@ -16,6 +16,8 @@ from ..navigator.stage import ROOM, room_map
 from ..navigator.world import Box
 from .bench import GOAL, START, Bench
 
+pytestmark = pytest.mark.slow
+
 DEFAULT = "navigate_to_pose_w_replanning_and_recovery"
 CORRIDOR = [*ROOM, Box(2.0, 1.5, 4.0, 0.1), Box(2.0, 2.5, 4.0, 0.1)]
 PERSON = Box(2.0, 2.0, 0.3, 0.8)

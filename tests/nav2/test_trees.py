@@ -15,6 +15,8 @@ from regraft.testing import Rig
 
 from .bench import GOAL, TREES, Bench, add, framed
 
+pytestmark = pytest.mark.slow
+
 TO_A_POSE = (
     "nav_to_pose_with_consistent_replanning_and_if_path_becomes_invalid",
     "navigate_to_pose_w_bounds_check",

@@ -22,6 +22,8 @@ from ..services.rigs import set_parameters
 from .stage import ROOM, Stage, room_map
 from .world import FROG_BOXES, Box, frog_map
 
+pytestmark = pytest.mark.slow
+
 START = Pose2D(0.6, 2.0, 0.0)
 DIVIDED = [*ROOM, Box(2.0, 1.4, 0.1, 2.8)]
 """The room with a wall that is open above y = 2.8."""

@@ -15,6 +15,8 @@ from regraft.services.navigator.polyline import polyline_length
 
 from .world import FROG_BOXES, FROG_GOALS, Box, Robot, frog_map, rasterise
 
+pytestmark = pytest.mark.slow
+
 FROG_PLANNER = GridPlanner(frog_map())
 ROOM = [
     Box(2.0, -0.05, 4.0, 0.1),

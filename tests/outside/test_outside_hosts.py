@@ -17,6 +17,8 @@ from tests.support.commands import Command
 from tests.support.systems import home
 from tests.support.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 PACKAGE = Path(__file__).parent / "robot_package"
 STACK = """\
 include: [{installed}/acme_rover/yard/stack.yaml]

@@ -12,6 +12,8 @@ from regraft import run_directory
 from tests.outside.installing import having, installed_package, regraft, started
 from tests.support.waiting import wait_until
 
+pytestmark = pytest.mark.slow
+
 PACKAGE = Path(__file__).parent / "package"
 
 

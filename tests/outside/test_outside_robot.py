@@ -16,6 +16,8 @@ from tests.outside.installing import having, installed_package, regraft, started
 from tests.support.commands import Command
 from tests.support.waiting import wait_until
 
+pytestmark = pytest.mark.slow
+
 PACKAGE = Path(__file__).parent / "robot_package"
 FAILING = "world.failures=[{at: 3, device: north/compass, failure: bias}]"
 SHORT = ("--headless", "--json", "--speed", "max", "--for", "5", "--system", "yard")

@@ -19,6 +19,8 @@ from tests.support.paths import ROOT
 from tests.support.waiting import PATIENCE
 from tests.support.wheels import wheel_of_the_run
 
+pytestmark = pytest.mark.slow
+
 WEATHER = """\
 system: weather
 clock: real

@@ -6,9 +6,13 @@ import re
 import shutil
 from pathlib import Path
 
+import pytest
+
 from tests.support.commands import run
 from tests.support.paths import PATROL, ROOT
 from tests.support.running import entered, modes, ran
+
+pytestmark = pytest.mark.slow
 
 PAGE = ROOT / "docs" / "patrol.md"
 

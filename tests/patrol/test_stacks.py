@@ -17,6 +17,8 @@ from regraft.stack import load
 from regraft.stacks.patrol.studies import managers, qualities
 from tests.support.paths import PATROL, ROOT
 
+pytestmark = pytest.mark.slow
+
 STACKS = sorted(PATROL.glob("*.yaml"))
 SKILLS = PATROL / "patrol.skills"
 RESULTS = ROOT / "docs" / "results" / "patrol-qualities.csv"

@@ -14,6 +14,8 @@ from tests.robots.witness import written
 from tests.support.commands import run
 from tests.support.frog import run_frog
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["start_frog"]
 
 HERE = Path(__file__).parent

@@ -23,6 +23,8 @@ from tests.support.worlds import FROG_WORLD
 
 from .rigs import finish, run, set_parameters, world_on
 
+pytestmark = pytest.mark.slow
+
 Drive = Goal[Arrival, NavigationProgress]
 
 

@@ -15,6 +15,8 @@ from regraft.stack import load
 from regraft.stack.installed import stack_file
 from tests.support.paths import ROOT
 
+pytestmark = pytest.mark.slow
+
 DRAWN = re.compile(r"`python -m regraft\.sim_service\.picture (\S+) (docs/[^\s`]+)([^`]*)`")
 COMMANDS = [each for page in sorted((ROOT / "docs").glob("*.md")) for each in DRAWN.findall(page.read_text())]
 SEVERAL = [each for each in COMMANDS if "rooms" in each[0]]

@@ -23,6 +23,8 @@ from regraft.stacks.frog.studies.arms.scenarios import in_other_rooms
 from tests.support.paths import ROOT
 from tests.support.worlds import WORLD, waffle
 
+pytestmark = pytest.mark.slow
+
 ROOMS, IN_VIEW = WORLD.with_name("rooms.xml"), WORLD.with_name("rooms_in_view.xml")
 ROBOT = (waffle(),)
 SEEDS = range(30)

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from regraft.bus_schema.model.adaptation import Outcome
 from regraft.stack import load
 from regraft.stacks.suave.studies.reactions import STUDY
 from tests.support.paths import SUAVE
 from tests.support.running import modes, ran, reports
+
+pytestmark = pytest.mark.slow
 
 SHORT = ("detect_pipeline.area=4", "battery_monitor.discharge_time=1e9")
 SEARCH, INSPECTION = "f_generate_search_path.", "f_follow_pipeline."

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from tests.support.paths import SUAVE
 from tests.support.running import modes, ran
+
+pytestmark = pytest.mark.slow
 
 SHORT = (
     "water_visibility_observer_node.water_visibility_period=16",

@@ -10,6 +10,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.geometry import Twist
 from regraft.bus_schema.messages.mission import MissionStatus
@@ -18,6 +20,8 @@ from tests.frog.conftest import StartFrog
 from tests.support.frog import Frog
 from tests.support.paths import TWO_ROBOTS
 from tests.support.waiting import PATIENCE
+
+pytestmark = pytest.mark.slow
 
 SECONDS = 16
 ROWS = {"scout/ground_truth": GroundTruth, "scout/velocity": Twist, "scout/mission": MissionStatus}

@@ -22,6 +22,8 @@ from tests.support.hosts import JoinedHost
 from tests.support.paths import TWO_ROBOTS
 from tests.support.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 ROBOTS = ("scout", "rescuer")
 
 

@@ -19,6 +19,8 @@ from tests.support.paths import TWO_ROBOTS
 from tests.support.systems import home
 from tests.support.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 
 def run(*words: str) -> Done:
     """Run a command in this process."""

@@ -30,6 +30,8 @@ from tests.adaptation.failures.test_recovery import dying
 from tests.adaptation.system import System
 from tests.support.waiting import wait_until
 
+pytestmark = pytest.mark.slow
+
 SWAP = Swap("listener", parameters={"gain": 0.9})
 """The incumbent's assignment leaves the gain open."""
 LONG = 60.0

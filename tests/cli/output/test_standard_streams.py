@@ -12,6 +12,8 @@ from tests.cli.live import STACK
 from tests.support.commands import in_home
 from tests.support.waiting import PATIENCE
 
+pytestmark = pytest.mark.slow
+
 CLOSED, FULL = (">&-", "it is closed"), (">/dev/full", "No space left on device")
 ALL_CLOSED = "<&- >&- 2>&-"
 SILENT = ("2>&-", "2>/dev/full", ALL_CLOSED)

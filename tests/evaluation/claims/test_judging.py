@@ -16,6 +16,8 @@ from regraft.evaluation.claims.power import seeds_needed
 from regraft.evaluation.results.table import ResultRow, ResultTable
 from regraft.evaluation.statistics.paired import Direction, SampleTest, effect
 
+pytestmark = pytest.mark.slow
+
 CLAIM = Claim(
     "better",
     "it is better",

@@ -10,6 +10,8 @@ from typer.testing import CliRunner
 from regraft.evaluation.results.table import read_table
 from tests.evaluation.app import command_line
 
+pytestmark = pytest.mark.slow
+
 STUDY = "tests.evaluation.tiny:STUDY"
 
 

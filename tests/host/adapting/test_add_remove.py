@@ -22,6 +22,8 @@ from tests.support.machine.processes import children_of, exists
 from tests.support.systems import System, all_ended, home
 from tests.support.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 STACK = """\
   ticker: {class: 'tests.host.parts:Ticker'}
   adaptation_manager:

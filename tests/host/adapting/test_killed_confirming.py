@@ -26,6 +26,8 @@ from tests.host.processes.killing import TOPICS
 from tests.support.systems import System, all_ended, home
 from tests.support.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 MANAGER = "adaptation_manager"
 STACK = """\
   gauge: {class: 'tests.adaptation.watching.gauging:Gauge'}

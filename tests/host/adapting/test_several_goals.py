@@ -21,6 +21,8 @@ from tests.support.commands import run
 from tests.support.systems import System
 from tests.support.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 HEAD = """\
 system: tests
 clock: real

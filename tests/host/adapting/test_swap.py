@@ -27,6 +27,8 @@ from tests.support.machine.processes import children_of, exists
 from tests.support.systems import System, all_ended, home
 from tests.support.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 HEAD = """\
 system: tests
 clock: real

@@ -27,6 +27,8 @@ from tests.support.machine.ports import free_endpoint, free_port
 from tests.support.machine.processes import children_of, exists
 from tests.support.waiting import PATIENCE, wait_for, wait_until
 
+pytestmark = pytest.mark.slow
+
 HELLO = hello()
 WORDS = {
     "silent": b"",

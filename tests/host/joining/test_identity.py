@@ -32,6 +32,8 @@ from tests.support.machine.ports import free_port
 from tests.support.systems import home
 from tests.support.waiting import PATIENCE, wait_for, wait_until
 
+pytestmark = pytest.mark.slow
+
 KEYS = Keys("tests")
 
 

@@ -20,6 +20,8 @@ from tests.support.machine.processes import children_of, wait_gone
 from tests.support.systems import home
 from tests.support.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 # --- joining ---
 
 

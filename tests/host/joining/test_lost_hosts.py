@@ -19,6 +19,8 @@ from tests.support.links import Link
 from tests.support.machine.processes import children_of, exists, go_on, stop, wait_gone
 from tests.support.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 
 def test_a_lost_host_is_seen_and_its_components_are_reported(site: Site) -> None:
     system = site.up()

@@ -14,6 +14,8 @@ from tests.support.machine.processes import children_of, exists
 from tests.support.systems import home
 from tests.support.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def moving(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Moving]:

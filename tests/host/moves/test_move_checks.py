@@ -29,6 +29,8 @@ from tests.support.commands import run
 from tests.support.systems import home
 from tests.support.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 HOSTS = (
     "{local: {devices: [lidar]}, edge: {lost_after: 1.0, devices: [lidar]}, arm: {lost_after: 1.0}, small: {memory: 1}}"
 )

@@ -16,6 +16,8 @@ from tests.support.commands import run
 from tests.support.hosts import wait_state
 from tests.support.waiting import wait_until
 
+pytestmark = pytest.mark.slow
+
 FAST = "  fast: {class: 'tests.host.parts:Fast', host: edge}\n"
 THRIFTY = "  thrifty: {class: 'tests.host.parts:Thrifty', host: edge}\n"
 EDGE = "edge: {when_lost: {move_to: local}, lost_after: 1.0, devices: [fpga], amounts: {accelerator_area: 1}}"

@@ -18,6 +18,8 @@ from tests.host.several import Site
 from tests.support.systems import System, all_ended, home
 from tests.support.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 GREEDY = "  greedy: {class: 'tests.host.parts:Greedy', limits: {memory: 200 MiB, files: 64}}\n"
 HOLDS = 'python3 -c "import time; kept = bytes(1) * 200_000_000; time.sleep(1000)"'
 NEST = f"[sh, -c, '{HOLDS} & wait']"

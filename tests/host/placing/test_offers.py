@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 
+import pytest
+
 from regraft.bus_schema.messages.protocol.joining import JoinHost
 from regraft.bus_schema.model.adaptation import Add, Move, Outcome
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
@@ -13,6 +15,8 @@ from tests.host.placing.test_capability import EDGE, THRIFTY
 from tests.host.several import Site
 from tests.support.commands import run
 from tests.support.waiting import wait_until
+
+pytestmark = pytest.mark.slow
 
 AREA = "hosts.arm.amounts.accelerator_area"
 

@@ -18,6 +18,8 @@ from tests.planners.parts import SmallManager, spec
 from tests.support.stepped.site import Site
 from tests.support.waiting import wait_until
 
+pytestmark = pytest.mark.slow
+
 VERBS = ("objective", *(f"objectives/{verb}" for verb in ("add", "list", "explain", "cancel", "report", "context")))
 
 

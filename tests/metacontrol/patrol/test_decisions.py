@@ -13,6 +13,8 @@ from regraft.bus_schema.messages.management.objectives import ObjectiveState
 from tests.metacontrol.patrol.running import OBJECTIVE, Patrol
 from tests.support.waiting import wait_until
 
+pytestmark = pytest.mark.slow
+
 
 def test_failures_and_recoveries_lead_to_the_published_realizations(patrol: Patrol) -> None:
     assert patrol.add().realization == "normal"

@@ -6,8 +6,12 @@ import json
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from tests.metacontrol.patrol.stacks import write
 from tests.support.commands import in_home, run
+
+pytestmark = pytest.mark.slow
 
 ENTERED = ["normal", "degraded", "degraded_energy_save", "energy_saving", "normal"]
 

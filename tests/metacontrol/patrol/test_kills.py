@@ -12,6 +12,8 @@ from tests.metacontrol.patrol.killing import switch_through_kills
 from tests.metacontrol.patrol.running import Patrol
 from tests.support.waiting import PATIENCE
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("kills", [4, pytest.param(20, marks=[pytest.mark.evidence, pytest.mark.timeout(1800)])])
 def test_a_kill_in_a_switch_leaves_no_half_mode(patrol: Patrol, kills: int) -> None:

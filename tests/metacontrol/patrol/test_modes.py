@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import pytest
+
 from regraft.bus_schema.messages.management.modes import MODES, ModesRequest, SystemModes
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, EnterMode, Outcome
 from tests.metacontrol.patrol.running import REST, SKILL, Patrol
 from tests.metacontrol.patrol.stacks import REALIZATIONS
 from tests.support.waiting import PATIENCE
+
+pytestmark = pytest.mark.slow
 
 
 def test_each_mode_is_entered_left_and_inferred(patrol: Patrol) -> None:

@@ -11,6 +11,8 @@ from regraft.adaptation_manager.planners.metacontrol.skills.server.texts import 
 from tests.metacontrol.skills.server.client import Editor
 from tests.metacontrol.skills.texts import GOOD
 
+pytestmark = pytest.mark.slow
+
 IMPORTED = "Quality speed { better: lower, range: 0..1, weight: 0.5, curve: [0: 1, 1: 0] }\nContext Night\n"
 TEXT = """\
 import "base.skills"
