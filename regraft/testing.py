@@ -18,7 +18,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import TracebackType
 from typing import Any, TypeVar
 
@@ -155,7 +155,7 @@ class Rig:
     def call(self, service: str, request: object, reply: type[A], *, timeout: float = 5.0) -> A:
         """Call a service, letting time pass until it answers; raises CallFailed."""
         outcome = self._requests.call(service, request, reply, timeout)
-        self._advance_until(lambda: outcome.done, timeout + 1.0)
+        self.advance_until(lambda: outcome.done, timeout + 1.0)
         if outcome.error:
             raise outcome.error
         assert outcome.value is not None
@@ -177,10 +177,13 @@ class Rig:
             self.clock.advance_to(max(following, min(end, self.clock.now() + FINEST)))
             self.settle()
 
-    def _advance_until(self, done: Any, seconds: float) -> None:
-        end = self.clock.now() + round(seconds * 1e9)
+    def advance_until(self, holds: Callable[[], bool], timeout: float = 100.0) -> None:
+        """Let time pass until something ``holds``, looked at each 10 ms; raises TimeoutError after ``timeout`` (s)."""
+        end = self.clock.now() + round(timeout * 1e9)
         self.settle()
-        while not done() and self.clock.now() < end:
+        while not holds():
+            if self.clock.now() >= end:
+                raise TimeoutError(f"what was waited for did not hold within {timeout:g} s of the test's time")
             self.advance(0.01)
 
     def settle(self) -> None:

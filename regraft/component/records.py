@@ -21,11 +21,11 @@ class Records(Parameter[Any], Generic[T]):
     which is their time.
 
     >>> from dataclasses import dataclass
-    >>> from regraft.bus_schema.annotations import Hertz
+    >>> from regraft import Component
     >>> @dataclass(frozen=True, slots=True)
     ... class Beacon:
     ...     name: str
-    ...     rate: Hertz = 1.0
+    ...     rate: float = 1.0
     >>> class Lighthouse(Component):
     ...     "Flashes."
     ...     beacons = Records(Beacon, "what flashes, and how often")

@@ -17,6 +17,16 @@ def test_a_timer_ticks_when_the_test_moves_the_clock() -> None:
         assert counter.value == 10
 
 
+def test_time_passes_until_something_holds_or_the_test_is_stopped() -> None:
+    with Rig() as rig:
+        counter = rig.add(Counter, parameters={"rate": 10.0})
+        rig.advance_until(lambda: counter.value == 5)
+        assert 0.4 <= rig.clock.now() / 1e9 <= 0.51
+        with pytest.raises(TimeoutError, match="within 2 s"):
+            rig.advance_until(lambda: counter.value < 0, timeout=2.0)
+        assert counter.value == 25
+
+
 def test_messages_are_handled_at_once() -> None:
     with Rig() as rig:
         rig.add(Echo)

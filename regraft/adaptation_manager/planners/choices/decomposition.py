@@ -18,7 +18,7 @@ def summands(expression: Expression, named: Mapping[str, Expression] | None = No
     """Return expressions whose sum is the expression, with the expressions of ``named`` in the place of their names.
 
     >>> [each.text for each in summands(Expression("w * (a - b) / 2"))]
-    ['w * a / 2', '-(w * b / 2)']
+    ['w * a / 2', 'w * -b / 2']
 
     Raises:
         BadMessage: named expressions speak of each other in a circle, or all together are too long.
