@@ -13,7 +13,7 @@ from tests.handover.parts import Ask, Item
 from tests.host.moves.moving import Moving
 from tests.host.several import Site
 from tests.support.systems import home
-from tests.support.waiting import PATIENCE
+from tests.support.waiting import PATIENCE, wait_until
 
 FREEZES = 4
 FROZEN_FOR = 0.2
@@ -49,9 +49,8 @@ def test_a_process_that_is_kept_from_running_delays_messages_and_loses_none(movi
         freeze(pid)
         moving.hears_on()
     moving.check()
-    viewed = _viewed(moving)
-    assert viewed.number > before.number
-    assert viewed.total == 0, "a picture was lost, doubled or wrong"
+    wait_until(lambda: _viewed(moving).number > before.number, "another picture")
+    assert _viewed(moving).total == 0, "a picture was lost, doubled or wrong"
     assert all(process.restarts == 0 for process in moving.system.processes().values())
 
 
