@@ -42,7 +42,7 @@ check: .venv/ready ## Format, lint, types, architecture
 	$(BIN)/lint-imports
 	@! test -f build/coverage/rooms.txt || tail -n 1 build/coverage/rooms.txt
 
-coverage: .venv/ready ## Pass all these tests and measure which code they reach: build/coverage
+coverage: .venv/ready ## Pass the quick and the slow tests and measure which code they reach: build/coverage
 	rm -rf build/coverage
 	mkdir -p build/coverage
 	$(BIN)/coverage run -m pytest -m "$(ALWAYS)" $(NOT_MEASURED); code=$$?; \

@@ -24,7 +24,7 @@ from regraft.runtime.core.assignment import Assignment
 TIMED = (Ack, ClockTime, Join, MarkerAck, SlotRequest, Step, Resend, Resent)
 COMPONENTS = (Assignment, ComponentStatus, ComponentView, Event, MeasuredQualities, Rewire, Snapshot, Reply, Request)
 ADAPTED = (ParameterValues, SetTransition, Handover, HandoverOffer, HandedOver)
-"""Each successor would compile these while its incumbent waits for it."""
+"""Each component would compile these as it is adapted: a successor, while its incumbent waits for it."""
 HOSTS = (Architecture, DescribedComponent, HostStatus, HostView)
 
 
