@@ -27,7 +27,11 @@ BLOCKED_PUT = 0.2
 """Seconds that a reliable put may block under the real clock before the link at fault is closed."""
 BLOCKED_PUT_IN_STEP = 15.0
 """The same under simulated time: longer than the step bound, since one lost message would mean waiting for ever."""
-SHARED_MEMORY_FROM = 64 * 1024
+SHARED_MEMORY_FROM = 128 * 1024
+"""Bytes of a message from which on it goes through shared memory.
+
+A pool is in memory as a whole once its first message is written: too much for a robot's architecture, 55 to 105 kB.
+"""
 SHARED_MEMORY_POOL = 64 * MEGABYTE
 USER = "regraft"
 """The user name that goes with a system's secret; Zenoh wants one."""

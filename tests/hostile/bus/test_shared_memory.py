@@ -25,7 +25,7 @@ class Heavy(Component):
 
     @every(hz=20)
     def tell(self):
-        self.numbers.publish(Number(1.0, bytes(100_000)))
+        self.numbers.publish(Number(1.0, bytes(200_000)))
 """
 COMPONENTS = """\
   source: {class: 'heavy:Heavy'}
