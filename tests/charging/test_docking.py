@@ -88,9 +88,7 @@ class Station:
 
     def result(self, goal: Charging, within: float = 300.0) -> Charged:
         """Let time pass until the goal has ended well."""
-        while not goal.done and within > 0.0:
-            self.rig.advance(0.5)
-            within -= 0.5
+        self.rig.advance_until(lambda: goal.done, within)
         assert goal.result is not None, goal.error or "still charging"
         return goal.result
 
