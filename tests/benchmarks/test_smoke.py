@@ -83,6 +83,7 @@ def test_a_benchmark_prints_and_writes_a_figure_for_each_of_its_budgets(
 
 
 @pytest.mark.evidence
+@pytest.mark.alone
 @pytest.mark.parametrize("name", LARGE)
 def test_a_large_benchmark_prints_and_writes_a_figure_for_each_of_its_budgets(name: str, tmp_path: Path) -> None:
     _check(name, *_figures(tmp_path, name))

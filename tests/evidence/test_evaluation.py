@@ -46,6 +46,7 @@ def test_equal_seeds_give_equal_rows_in_every_configuration(tmp_path: Path) -> N
     assert contents(tmp_path / "first") == contents(tmp_path / "second")
 
 
+@pytest.mark.alone
 def test_a_campaign_beside_twelve_busy_loops_fails_in_nothing_and_is_the_one_made_alone(tmp_path: Path) -> None:
     """None of its runs had to be made again, and each has the digest of the same run alone."""
     arms = ("--configurations", "internal.blocked,planned.blocked", "--runs", "2", "--for", "60")

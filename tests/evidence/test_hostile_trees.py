@@ -13,7 +13,7 @@ from tests.hostile.conftest import Start, start
 
 __all__ = ["start"]
 
-pytestmark = [pytest.mark.evidence, pytest.mark.timeout(7200)]
+pytestmark = [pytest.mark.evidence, pytest.mark.alone, pytest.mark.timeout(7200)]
 
 INPUTS = int(os.environ.get("REGRAFT_HOSTILE_INPUTS", "10000"))
 """Fewer try the test itself."""

@@ -21,7 +21,7 @@ import yaml
 from tests.support.machine.processes import children_of
 from tests.support.paths import ROOT
 
-pytestmark = [pytest.mark.evidence, pytest.mark.timeout(600)]
+pytestmark = [pytest.mark.evidence, pytest.mark.alone, pytest.mark.timeout(600)]
 
 COMPOSE = ROOT / "docker" / "compose.yaml"
 WITHIN = 120.0

@@ -10,7 +10,7 @@ from tests.host.conftest import HEAD
 from tests.host.processes.killing import STACK, TOPICS, adapt_through_kills
 from tests.support.systems import System
 
-pytestmark = [pytest.mark.evidence, pytest.mark.timeout(1800)]
+pytestmark = [pytest.mark.evidence, pytest.mark.alone, pytest.mark.timeout(1800)]
 
 
 @pytest.mark.parametrize("seed", [7, 8])

@@ -17,7 +17,7 @@ from tests.support.frog import speed_of
 from tests.support.paths import FROG
 from tests.support.waiting import wait_until
 
-pytestmark = [pytest.mark.evidence, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.evidence, pytest.mark.alone, pytest.mark.timeout(300)]
 
 STANDING = 0.01
 """Speed (m/s) below which the robot stands."""

@@ -10,7 +10,7 @@ from tests.host.moves.moving import HOME, TO_EDGE, Moving
 from tests.host.several import Site
 from tests.support.waiting import PATIENCE
 
-pytestmark = [pytest.mark.evidence, pytest.mark.timeout(900)]
+pytestmark = [pytest.mark.evidence, pytest.mark.alone, pytest.mark.timeout(900)]
 
 
 def _gap(moving: Moving) -> float:

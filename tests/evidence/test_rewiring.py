@@ -8,7 +8,7 @@ from benchmarks.adapting.rewire import rewire
 from benchmarks.harness import Effort
 from tests.support.frog import Load
 
-pytestmark = [pytest.mark.evidence, pytest.mark.timeout(900)]
+pytestmark = [pytest.mark.evidence, pytest.mark.alone, pytest.mark.timeout(900)]
 
 
 @pytest.mark.parametrize("busy", [0, 2])

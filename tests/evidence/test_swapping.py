@@ -20,7 +20,7 @@ from tests.support.machine.processes import children_of, exists
 from tests.support.systems import System
 from tests.support.waiting import PATIENCE, wait_until
 
-pytestmark = [pytest.mark.evidence, pytest.mark.timeout(1800)]
+pytestmark = [pytest.mark.evidence, pytest.mark.alone, pytest.mark.timeout(1800)]
 
 SWAPS, FAULTS_INTERVAL = 300, 10
 PATIENT = STACK.replace(", answer_within: 1.0, undo_within: 3.0, start_within: 10.0", "")

@@ -8,7 +8,7 @@ import pytest
 
 from tests.support.frog import Load, run_frog
 
-pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3600)]
+pytestmark = [pytest.mark.evidence, pytest.mark.alone, pytest.mark.timeout(3600)]
 
 
 def test_nineteen_runs_have_one_digest(tmp_path: Path) -> None:

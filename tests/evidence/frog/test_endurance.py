@@ -7,7 +7,7 @@ import pytest
 from tests.frog.conftest import StartFrog
 from tests.support.frog import Load, pause
 
-pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3600)]
+pytestmark = [pytest.mark.evidence, pytest.mark.alone, pytest.mark.timeout(3600)]
 
 
 def test_no_false_restart_in_ten_minutes_beside_four_busy_processes(start_frog: StartFrog) -> None:

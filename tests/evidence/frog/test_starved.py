@@ -12,7 +12,7 @@ from tests.host.adapting.test_swap import HEAD, NOTHING, adapt, faults, hears_on
 from tests.support.frog import Load, run_frog
 from tests.support.systems import System
 
-pytestmark = [pytest.mark.evidence, pytest.mark.timeout(14_400)]
+pytestmark = [pytest.mark.evidence, pytest.mark.alone, pytest.mark.timeout(14_400)]
 
 BUSY, STARTS, SWAPS, RUNS = 12, 200, 200, 20
 RELAY = ("source", "totaller", "sink", "adaptation_manager")

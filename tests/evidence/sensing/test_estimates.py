@@ -30,7 +30,7 @@ from tests.support.paths import FROG
 from tests.support.systems import System, all_ended, home
 from tests.support.waiting import wait_until
 
-pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3600)]
+pytestmark = [pytest.mark.evidence, pytest.mark.alone, pytest.mark.timeout(3600)]
 
 SEEDS = (1, 2, 3)
 MARGIN = 2.0
