@@ -75,6 +75,21 @@ def test_straight_path_is_driven_straight_at_full_speed() -> None:
     assert twist.w == pytest.approx(0.0, abs=0.01)
 
 
+@given(
+    places=st.lists(st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0)), max_size=60),
+    yaw=st.floats(-0.7, 0.7),
+    v=st.floats(0.0, 0.26),
+    w=st.floats(-1.0, 1.0),
+    max_velocity=st.sampled_from([0.0, 0.05, 0.26]),
+)
+def test_looking_at_the_most_promising_twists_first_chooses_what_looking_at_all_chooses(
+    places: list[tuple[float, float]], yaw: float, v: float, w: float, max_velocity: float
+) -> None:
+    obstacles = np.array(places, dtype=np.float64).reshape(-1, 2)
+    now = Situation(Pose2D(0.0, 0.0, yaw), Twist2D(v, w), obstacles, Limits(max_velocity=max_velocity))
+    assert CONTROLLER.follow(now, AHEAD) == RolloutController(portions=()).follow(now, AHEAD)
+
+
 def test_path_behind_the_robot_is_first_turned_to_in_place() -> None:
     decision = CONTROLLER.follow(Situation(Pose2D(0.0, 0.0, 2.5), Twist2D(), NOTHING, Limits()), AHEAD)
     assert decision.turning

@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from regraft.planar import FloatArray, Twist2D
 from regraft.services.navigator.driving.robot import Footprint, Limits
@@ -29,6 +31,10 @@ class Rollouts:
     x: FloatArray
     y: FloatArray
     yaw: FloatArray
+
+    def only(self, chosen: NDArray[np.intp]) -> Self:
+        """Return the forecasts with these indices, in their order."""
+        return type(self)(self.v[chosen], self.w[chosen], self.x[chosen], self.y[chosen], self.yaw[chosen])
 
     def passed(self, points: FloatArray, reach: float) -> FloatArray:
         """Return those of (M, 2) base-frame points that may be within `reach` (m) of the axle's middle at some pose."""
