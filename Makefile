@@ -53,7 +53,7 @@ bench: .venv/ready ## Measure every budget as a ratio
 	$(BIN)/python -m benchmarks
 
 evidence: .venv/ready ## What is too slow for the tests: seeds, load, endurance
-	$(BIN)/pytest --dist worksteal -m "evidence and not alone" --timeout 3600; code=$$?; \
+	$(BIN)/pytest -n $(shell nproc) --dist worksteal -m "evidence and not alone" --timeout 3600; code=$$?; \
 	$(BIN)/pytest -n 0 -m "evidence and alone" --timeout 3600 && exit $$code
 
 attack: .venv/ready ## Attack everything anew, and say what held (six minutes)

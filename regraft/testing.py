@@ -43,6 +43,8 @@ from regraft.runtime.data.writers import Identity, Writers
 from regraft.runtime.requests.request_client import RequestClient
 from regraft.runtime.runtime import Runtime
 
+__all__ = ["Rig"]
+
 C = TypeVar("C", bound=Component)
 M = TypeVar("M")
 A = TypeVar("A")

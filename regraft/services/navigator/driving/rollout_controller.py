@@ -42,7 +42,7 @@ class RolloutController:
     """Tries about a hundred twists, each driven for a while, and takes the one that serves the path best.
 
     How near they come to obstacles takes most of the time. So those that serve the path best are looked at first, in
-    ``portions`` that end at these numbers. What costs more by its course alone than another one in all is never best.
+    ``portions`` that end at these numbers. One that costs more by its course alone than another in all is never best.
     """
 
     manoeuvres: Manoeuvres = field(default=Manoeuvres())
