@@ -49,13 +49,18 @@ C = TypeVar("C", bound=Component)
 M = TypeVar("M")
 A = TypeVar("A")
 
+FAULT = "component.fault"
 FINEST = 1_000_000
 """Nanoseconds by which the clock moves at the least."""
 HEAVY_WORK_TIMEOUT = 10.0
 
 
 class Rig:
-    """Components on a memory bus, under one clock; the test is their surroundings."""
+    """Components on a memory bus, under one clock; the test is their surroundings.
+
+    Its ``with`` block ends with AssertionError if an author's method has raised. A test that expects that takes it by
+    ``take_faults``.
+    """
 
     def __init__(self, system: str = "rig", *, seed: int = 0, start: float = 0.0) -> None:
         """Begin without components, at ``start`` seconds."""
@@ -64,6 +69,7 @@ class Rig:
         self.clock = SteppedClock(round(start * 1e9))
         self.keys = Keys(system)
         self.events: list[Event] = []
+        self._faults: list[str] = []
         self.runtimes: dict[str, Runtime] = {}
         self._system = system
         self._seed = seed
@@ -76,7 +82,7 @@ class Rig:
         self._requests = RequestClient(self.keys, "rig-1", self._writers, self._timers, self._reporter)
         self._inbound.add(self.keys.reply("**", "rig-1"), self._requests)
         self.bus.subscribe(self.keys.reply("**", "rig-1"), self._inbox.put)
-        self.bus.subscribe(self.keys.event, lambda s: self.events.append(codec.decode(s.payload, Event)))
+        self.bus.subscribe(self.keys.event, self._take_event)
 
     def __enter__(self) -> Rig:
         return self
@@ -87,6 +93,19 @@ class Rig:
         for runtime in self.runtimes.values():
             runtime.leave()
         self.bus.close()
+        if kind is None and (faults := self.take_faults()):
+            raise AssertionError("\n".join(("the test has not expected these faults:", *faults)))
+
+    def _take_event(self, sample: Any) -> None:
+        event = codec.decode(sample.payload, Event)
+        self.events.append(event)
+        if event.kind == FAULT:
+            self._faults.append(f"{event.subject}: {event.text}")
+
+    def take_faults(self) -> list[str]:
+        """Return what authors' methods have raised since the last call, in words: each component, where, and what."""
+        faults, self._faults = self._faults, []
+        return faults
 
     def add(
         self,

@@ -36,6 +36,8 @@ def test_a_file_that_is_there_is_never_written_over(tmp_path: Path) -> None:
     with Rig() as rig:
         rig.add(CountRecorder, "rows", {"file": str(tmp_path / "a.csv")})
         rig.advance(2.0)
+        fault, _ = rig.take_faults()
+    assert fault.startswith("rows: on_activate: FileExistsError")
     assert (tmp_path / "a.csv").read_text() == "mine\n"
 
 

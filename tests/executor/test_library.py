@@ -70,6 +70,8 @@ def test_a_library_that_is_not_there_keeps_the_component_from_being_configured(t
     with Rig() as rig:
         rig.add(Executor, "bt_executor", {"trees": str(tmp_path / "nowhere")})
         assert rig.state("bt_executor") is State.UNCONFIGURED
+        fault, _ = rig.take_faults()
+    assert "there is no such file or folder" in fault
 
 
 def test_a_package_brings_trees_by_an_entry_point(trees: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -152,12 +152,14 @@ def test_a_component_that_fails_as_it_recovers_is_finalized(rig: Rig) -> None:
     rig.publish("numbers", _number(13.0))
     assert rig.state("pump") is State.FINALIZED
     assert _events(rig, "component.failed") == [{"code": "failed", "state": "finalized"}]
+    assert rig.take_faults() == ["pump: on_error: ComponentFailed: the pump is dry"]
 
 
 def test_a_hook_that_fails_its_component_fails_its_transition(rig: Rig) -> None:
     _pump(rig, "activate")
     assert rig.state("pump") is State.UNCONFIGURED
     assert _events(rig, "component.failed") == [{"code": "failed", "state": "unconfigured"}]
+    assert len(rig.take_faults()) == 1
 
 
 def test_a_component_that_has_not_failed_has_nothing_to_recover_from(rig: Rig) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+
 import pytest
 
 from regraft import CallFailed, Component, Output
@@ -96,3 +98,23 @@ def test_author_faults_are_seen_as_events() -> None:
         with pytest.raises(CallFailed):
             rig.call("break", Number(1), Number)
         assert [event.kind for event in rig.events if event.kind == "component.fault"] == ["component.fault"]
+        assert rig.take_faults() == ["oracle: break: ZeroDivisionError: by design"]
+        assert rig.take_faults() == []
+
+
+def _break(*, expected: type[Exception] | None) -> None:
+    """Have a component raise in a test that expects that, or does not."""
+    with Rig() as rig:
+        rig.add(Oracle)
+        with pytest.raises(expected) if expected else nullcontext():
+            rig.call("break", Number(1), Number)
+
+
+def test_a_fault_that_the_test_has_not_taken_is_raised_at_the_end() -> None:
+    with pytest.raises(AssertionError, match="oracle: break: ZeroDivisionError: by design"):
+        _break(expected=CallFailed)
+
+
+def test_the_tests_own_failure_is_not_hidden_by_a_fault() -> None:
+    with pytest.raises(CallFailed):
+        _break(expected=None)

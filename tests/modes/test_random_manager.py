@@ -67,3 +67,4 @@ def test_a_choice_among_nothing_is_refused() -> None:
         rig.add(RandomManager, "chance", {"modes": []}, state=State.UNCONFIGURED)
         with pytest.raises(TransitionFailed, match="names no mode"):
             rig.transition("chance", Transition.CONFIGURE)
+        assert len(rig.take_faults()) == 1

@@ -209,6 +209,7 @@ def test_an_unknown_sensor_to_expect_is_refused() -> None:
         rig.add(SensorMonitor, parameters={"expected": ["nose"]}, state=State.UNCONFIGURED)
         with pytest.raises(TransitionFailed, match=r"expected: no sensor 'nose'; there are: image, scan"):
             rig.transition("sensormonitor", Transition.CONFIGURE)
+        assert len(rig.take_faults()) == 1
 
 
 def test_the_monitor_does_not_know_the_truth() -> None:

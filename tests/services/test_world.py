@@ -109,3 +109,4 @@ def test_a_missing_world_file_is_named() -> None:
         rig.add(World, parameters={"file": "/nowhere/world.xml"}, state=State.UNCONFIGURED)
         with pytest.raises(TransitionFailed, match=r"/nowhere/world\.xml: no such world file"):
             rig.transition("world", Transition.CONFIGURE)
+        assert len(rig.take_faults()) == 1

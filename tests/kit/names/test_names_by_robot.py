@@ -77,6 +77,7 @@ def test_a_service_that_the_robot_lacks_is_named_in_full() -> None:
         rig.add(Curious, "left.curious", scope="left")
         with pytest.raises(CallFailed, match="left/double: nobody offers this service"):
             rig.call("left/ask", Number(2), Number)
+        assert len(rig.take_faults()) == 1
 
 
 def test_a_class_may_offer_a_service_under_its_components_name() -> None:
