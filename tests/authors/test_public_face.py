@@ -1,4 +1,4 @@
-"""What authors import stands in a file, with its parameters: whoever changes it changes that too, knowingly."""
+"""A file pins the names that authors import, with their parameters: a change of these is a change of that file."""
 
 from __future__ import annotations
 
@@ -34,7 +34,8 @@ def _lines(path: str, value: Any, public: list[type]) -> Iterator[str]:
     if isinstance(value, type) and issubclass(value, Enum):
         yield f"{path}: {', '.join(value.__members__)}"
     elif isinstance(value, type):
-        is_made = inspect.isfunction(value.__init__) and not getattr(value, "_is_protocol", False)  # type: ignore[misc]
+        made_by = inspect.getattr_static(value, "__init__")
+        is_made = inspect.isfunction(made_by) and not getattr(value, "_is_protocol", False)
         yield f"{path}{_parameters(value) if is_made else ''}"
         for name in sorted(dir(value)):
             if not name.startswith("_") and _is_new(value, name, public):
