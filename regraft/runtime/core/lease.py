@@ -3,6 +3,9 @@
 A joined host that loses the system ends its components, since they may be started elsewhere. But a host can be frozen,
 and cannot end them then. So they end themselves: the host writes into a file until when they may act, and each of them
 reads it. The clock continues while a machine or a process is frozen.
+
+Both see the file as one number in memory, which is written and read as a whole: ``struct`` clears its target before it
+writes, and a component that looked just then would take its lease for over.
 """
 
 from __future__ import annotations
@@ -15,7 +18,7 @@ import threading
 import time
 from pathlib import Path
 
-UNTIL = struct.Struct("<d")
+UNTIL = struct.Struct("d")
 """The file: seconds of the clock below, infinite while there is no end."""
 LOOK_INTERVAL = 0.1
 """Seconds between two looks at a lease without an end: it can get one at any time."""
@@ -40,7 +43,7 @@ class GrantedLease:
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o600)
         try:
             os.pwrite(descriptor, UNTIL.pack(until), 0)
-            self._file = mmap.mmap(descriptor, UNTIL.size)
+            self._file = memoryview(mmap.mmap(descriptor, UNTIL.size)).cast("d")
         finally:
             os.close(descriptor)
 
@@ -48,7 +51,7 @@ class GrantedLease:
         """Have it end at another time."""
         if until != self._until:
             self._until = until
-            UNTIL.pack_into(self._file, 0, until)
+            self._file[0] = until
 
 
 class HeldLease:
@@ -58,20 +61,19 @@ class HeldLease:
         """Hold the lease in the file at ``path``; raises OSError, ValueError."""
         self._name = name
         with open(path, "rb") as file:
-            self._file = mmap.mmap(file.fileno(), UNTIL.size, access=mmap.ACCESS_READ)
+            mapped = mmap.mmap(file.fileno(), UNTIL.size, access=mmap.ACCESS_READ)
+        self._file = memoryview(mapped).cast("d")
         threading.Thread(target=self._watch, name="lease", daemon=True).start()
 
     def check(self) -> None:
         """Continue if the lease holds; else end this process at once, before it does anything more."""
-        (until,) = UNTIL.unpack_from(self._file, 0)
-        if now() > until:
+        if now() > self._file[0]:
             self._end()
 
     def _watch(self) -> None:
         while True:
             self.check()
-            (until,) = UNTIL.unpack_from(self._file, 0)
-            time.sleep(min(LOOK_INTERVAL, max(0.001, until - now())))
+            time.sleep(min(LOOK_INTERVAL, max(0.001, self._file[0] - now())))
 
     def _end(self) -> None:
         line = f"{self._name} ends itself: its host has lost the system, and it may be started elsewhere\n"

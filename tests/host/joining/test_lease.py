@@ -20,6 +20,14 @@ HeldLease("holder", sys.argv[1])
 print("held", flush=True)
 threading.Event().wait()
 """
+LOOKER = """\
+import sys
+from regraft.runtime.core.lease import HeldLease
+held = HeldLease("holder", sys.argv[1])
+print("held", flush=True)
+for _ in range(1_000_000):
+    held.check()
+"""
 
 
 @pytest.mark.parametrize("errors", ["open", "full", "closed", "replaced"])
@@ -47,3 +55,20 @@ def test_whose_lease_has_run_out_ends_whatever_takes_its_last_line(tmp_path: Pat
         assert log.read_text() == (
             "holder ends itself: its host has lost the system, and it may be started elsewhere\n"
         )
+
+
+def test_a_lease_that_is_extended_while_it_is_looked_at_holds(tmp_path: Path) -> None:
+    granted = GrantedLease(tmp_path / "lease", now() + BOUND)
+    with subprocess.Popen(
+        [sys.executable, "-c", LOOKER, str(granted.path)],
+        stdout=subprocess.PIPE,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+    ) as looker:
+        assert looker.stdout
+        assert looker.stdout.readline() == b"held\n"
+        try:
+            while looker.poll() is None:
+                granted.extend(now() + BOUND)
+            assert looker.returncode == 0
+        finally:
+            looker.kill()
