@@ -5,7 +5,6 @@ A frozen run can take over too: from its own successor, to which it had handed o
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -16,7 +15,7 @@ from regraft.bus_schema.messages.protocol.control import ControlCode, ControlErr
 from regraft.bus_schema.messages.protocol.handover import HandedOver, Handover, HandoverOffer, HandoverStep, Role
 from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.component.component import Component, class_path
-from regraft.patience import Patience, stretched
+from regraft.patience import stretched
 from regraft.runtime.core.assignment import Succession
 from regraft.runtime.core.pending import Pending
 from regraft.runtime.core.refusal import ControlRefused
@@ -29,8 +28,6 @@ from regraft.runtime.lifecycle.lifecycle import Lifecycle, TransitionFailed
 from regraft.runtime.parts import Parts
 
 PREPARE_TIMEOUT = 2.0
-RETRY_INTERVAL = 0.01
-"""Seconds until an incumbent is asked again that was not found."""
 PULL_TIMEOUT = 0.6
 """Seconds that the incumbent may take to answer, a ``pull`` from when its longest handler has ended."""
 TAKE_OVER_TIMEOUT = 1.0
@@ -66,23 +63,9 @@ class Successor:
         self._standing.step_aside()
         parts.presence.listen_for_control()
         parts.reporter.update(revision=parts.assignment.revision)
-        self._ask_to_prepare(Patience(PREPARE_TIMEOUT))
-        self._standing.stand_still()
-
-    def _ask_to_prepare(self, patience: Patience) -> None:
-        """Ask what the incumbent offers, again where nobody is found: this run's link may not know of it yet."""
-        parts = self._parts
-
-        def answered(answers: list[Answer]) -> None:
-            if answers or patience.is_over():
-                self._prepared(answers)
-            elif self._standing.role is Role.WAITING:
-                again = threading.Timer(RETRY_INTERVAL, parts.post, (lambda: self._ask_to_prepare(patience),))
-                again.daemon = True
-                again.start()
-
         ask = Handover(HandoverStep.PREPARE, parts.assignment.incarnation)
-        self._ask(self._succession.incarnation, ask, PREPARE_TIMEOUT, answered)
+        self._ask(self._succession.incarnation, ask, PREPARE_TIMEOUT, self._prepared)
+        self._standing.stand_still()
 
     @property
     def _succession(self) -> Succession:
