@@ -11,7 +11,7 @@ from regraft.adaptation_manager.planners.metacontrol.knowledge.knowledge_base im
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import Status
 from regraft.adaptation_manager.planners.metacontrol.knowledge.view import model_of
 from regraft.adaptation_manager.planners.metacontrol.reasoning.analysis import GRAVITY, Analyser
-from regraft.adaptation_manager.planners.metacontrol.reasoning.situation import facts_of, initial_situation
+from regraft.adaptation_manager.planners.metacontrol.reasoning.situation import Situation, facts_of
 from tests.metacontrol.owl import LASER, NAVIGATE, SAFETY, design, individual, iri, rule, write
 from tests.metacontrol.reasoning.cycle import FAILED, Cycle, objective
 
@@ -36,7 +36,8 @@ BINDINGS = (
 
 def test_a_component_that_fails_in_a_binding_is_followed_to_grounding_objective_and_designs(tmp_path: Path) -> None:
     analyser = Analyser(load([write(tmp_path, *BINDINGS)]))
-    begin = initial_situation(analyser.model)
+    model = analyser.model
+    begin = Situation(tuple(model.objectives.values()), tuple(model.groundings.values()), dict(model.components))
     assert analyser.analyse(begin).objectives[iri("o")].status is Status.IN_PROGRESS
     found = analyser.analyse(replace(begin, components={iri(LASER): FAILED}))
     assert found.objectives[iri("o")].status is Status.IN_ERROR_COMPONENT

@@ -2,19 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import Status
 from regraft.adaptation_manager.planners.metacontrol.reasoning import design_selection
 from regraft.adaptation_manager.planners.metacontrol.reasoning.assessment import Against
-from regraft.adaptation_manager.planners.metacontrol.reasoning.design_selection import clash_of_modes
+from regraft.adaptation_manager.planners.metacontrol.reasoning.design_selection import Clash
 from tests.metacontrol.owl import NAVIGATE, PERFORMANCE, SAFETY, design, individual, iri, write
 from tests.metacontrol.reasoning.cycle import FAILED, RECOVERED, Cycle, objective
 
 RECHARGE = "nav:to_recharge"
+
+
+def clash_of_modes(modes: Mapping[str, Mapping[str, str]]) -> Clash:
+    """Return a test by the modes into which each design puts its components: two modes of one exclude each other."""
+
+    def clash(one: str, other: str) -> str:
+        mine, others = modes.get(one, {}), modes.get(other, {})
+        for component in mine.keys() & others.keys():
+            if mine[component] != others[component]:
+                short = local_name(component)
+                return f"it needs {short} in {mine[component]!r}, and {local_name(other)} in {others[component]!r}"
+        return ""
+
+    return clash
+
+
 CAMERA_MODES = clash_of_modes(
     {
         iri("watch"): {iri("nav:camera"): "active.WIDE"},

@@ -53,20 +53,6 @@ def no_clash(one: str, other: str) -> str:
     return ""
 
 
-def clash_of_modes(modes: Mapping[str, Mapping[str, str]]) -> Clash:
-    """Return a test by the modes into which each design puts its components: two modes of one exclude each other."""
-
-    def clash(one: str, other: str) -> str:
-        mine, others = modes.get(one, {}), modes.get(other, {})
-        for component in mine.keys() & others.keys():
-            if mine[component] != others[component]:
-                short = local_name(component)
-                return f"it needs {short} in {mine[component]!r}, and {local_name(other)} in {others[component]!r}"
-        return ""
-
-    return clash
-
-
 def plan(
     model: Model,
     situation: Situation,

@@ -42,12 +42,6 @@ class Situation:
         return next((each for each in self.groundings if each.objective == objective), None)
 
 
-def initial_situation(model: Model) -> Situation:
-    """Return the situation that the files of a knowledge base describe."""
-    groundings = tuple(model.groundings.values())
-    return Situation(tuple(model.objectives.values()), groundings, dict(model.components))
-
-
 def required_objectives(objective: Objective, design: Design) -> tuple[Objective, ...]:
     """Return the objectives that a design needs when it solves an objective; each has a name of its own."""
     return tuple(
