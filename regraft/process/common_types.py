@@ -26,9 +26,10 @@ COMPONENTS = (Assignment, ComponentStatus, ComponentView, Event, MeasuredQualiti
 ADAPTED = (ParameterValues, SetTransition, Handover, HandoverOffer, HandedOver)
 """Each component would compile these as it is adapted: a successor, while its incumbent waits for it."""
 HOSTS = (Architecture, DescribedComponent, HostStatus, HostView)
+COMMON_TYPES = (*TIMED, *COMPONENTS, *ADAPTED, *HOSTS)
 
 
 def compile_common_types() -> None:
     """Compile the conversions of these types once, for all processes that are forked from this one."""
-    for cls in (*TIMED, *COMPONENTS, *ADAPTED, *HOSTS):
+    for cls in COMMON_TYPES:
         type_of(cls).compile()
