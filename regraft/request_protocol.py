@@ -134,9 +134,14 @@ class RequestProtocol(ABC):
             self.send(pending, pending.under(Verb.RESULT) if pending.accepted.done else pending.request)
 
     def give_up(self, pending: PendingRequest, *, offered: bool) -> None:
-        """End a request that was not answered within its patience."""
+        """End a request that was not answered within its patience.
+
+        A goal is cancelled, too: a server that takes it late must not pursue it.
+        """
         patience = f"{pending.request.patience:g} s"
         why = f"no answer within {patience}" if offered else f"nobody offers this service (waited {patience})"
+        if pending.request.verb is Verb.GOAL:
+            self.send(pending, pending.under(Verb.CANCEL))
         self.end(pending, CallFailed(pending.service, None, why))
 
     def cancel(self, pending: PendingRequest) -> None:

@@ -154,6 +154,31 @@ def test_a_successor_has_the_tree_that_was_loaded_by_command() -> None:
         assert (successor.tree, successor.state) == ("Commanded", MissionState.RUNNING)
 
 
+def test_a_successor_has_the_tree_of_the_missions_file_that_was_chosen_by_command(tmp_path: Path) -> None:
+    file = tmp_path / "two.xml"
+    file.write_text(
+        '<root BTCPP_format="4" main_tree_to_execute="Patrol">'
+        f'<BehaviorTree ID="Patrol">{WAIT}</BehaviorTree>'
+        f'<BehaviorTree ID="Home"><Sequence><Script code="n := 3"/>{WAIT}</Sequence></BehaviorTree>'
+        "</root>"
+    )
+    with Rig() as rig:
+        first = rig.add(Executor, "bt_executor", {"mission": str(file)})
+        rig.advance(0.5)
+        command(rig, Command.LOAD, main="Home")
+        command(rig, Command.START)
+        rig.advance(0.5)
+        state = first.snapshot()
+        rig.runtimes.pop("bt_executor").leave()
+        second = rig.add(Executor, "second", {"mission": str(file), "autostart": False}, state=State.INACTIVE)
+        second.restore(state)
+        rig.transition("second", Transition.ACTIVATE)
+        rig.advance(0.5)
+        successor = status(rig)
+        assert (successor.tree, successor.state) == ("Home", MissionState.RUNNING)
+        assert successor.blackboard["n"] == 3
+
+
 def test_a_successor_takes_over_after_the_incumbent_was_deactivated(mission: str) -> None:
     with Rig() as rig:
         first = rig.add(Executor, "bt_executor", {"mission": mission})

@@ -226,6 +226,14 @@ def test_a_request_that_is_given_up_says_why_and_ignores_what_comes_late(offered
     assert (call.outcome.error.why, call.outcome.error.answer) == (why, None)
 
 
+def test_a_goal_that_is_given_up_is_cancelled_and_a_call_is_not() -> None:
+    requests = Asking()
+    for asked in (requests.call(), requests.goal()):
+        requests.give_up(asked, offered=True)
+    assert [request.verb for request in requests.sent] == [Verb.CALL, Verb.GOAL, Verb.CANCEL]
+    assert requests.sent[2].number == requests.sent[1].number
+
+
 @pytest.mark.parametrize("accepted", [False, True])
 def test_a_goal_that_is_cancelled_ends_at_once_only_if_nobody_has_accepted_it(accepted: bool) -> None:
     requests = Asking()

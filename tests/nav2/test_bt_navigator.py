@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -23,6 +24,7 @@ from regraft.bus_schema.messages.nav2.paths import PlanError
 from regraft.bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
 from regraft.bus_schema.messages.power import BatteryState, Charge, Charged, ChargerState
 from regraft.component.goal import Goal
+from regraft.runtime.core.clock import SteppedClock
 from regraft.services.bt_executor.navigation.bt_navigator import FOREVER, BtNavigator
 from regraft.services.charging.docking import Docking
 from regraft.testing import Rig
@@ -83,7 +85,13 @@ def test_poses_are_passed_and_all_count_as_completed(bench: Bench) -> None:
     assert bench.is_at(3.4, 2.0)
 
 
-def test_a_newer_goal_is_taken_over_by_the_tree_that_runs(bench: Bench) -> None:
+@pytest.mark.parametrize("moved", [0, 1000], ids=["simulated", "real"])
+def test_a_newer_goal_is_taken_over_by_the_tree_that_runs(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch, moved: int
+) -> None:
+    """A real clock has moved on by each look at it."""
+    looks, now = itertools.count(), SteppedClock.now
+    monkeypatch.setattr(SteppedClock, "now", lambda clock: now(clock) + moved * next(looks))
     first = bench.ask("navigate_to_pose", NavigateToPose(framed(3.4, 2.0)), Navigated)
     bench.run(4.0)
     second = bench.ask("navigate_to_pose", NavigateToPose(framed(3.0, 1.4)), Navigated)
@@ -95,6 +103,18 @@ def test_a_newer_goal_is_taken_over_by_the_tree_that_runs(bench: Bench) -> None:
     assert first.error is not None
     assert bench.finish(second).error_code == 0
     assert bench.is_at(3.0, 1.4)
+
+
+def test_an_unforeseen_error_stops_the_robot(bench: Bench, tmp_path: Path) -> None:
+    before, within, behind = (TREES / DEFAULT).read_text().partition("<RecoveryNode")
+    within, end, behind = f"{within}{behind}".rpartition("</RecoveryNode>")
+    tree = f'{before}<Sequence><Script code="goals := 5"/>{within}{end}</Sequence>{behind}'
+    (tmp_path / "trees" / "odd.xml").write_text(tree)
+    goal = bench.ask("navigate_to_pose", NavigateToPose(framed(3.4, 2.0), behavior_tree="odd.xml"), Navigated)
+    bench.run(3.0)
+    assert "has no len" in str(goal.error)
+    assert bench.stage.robot.twist.v == 0.0
+    assert "has no len" in bench.rig.take_faults()[0]
 
 
 def test_a_cancelled_goal_stops_the_robot(bench: Bench) -> None:

@@ -390,7 +390,7 @@ class Executor(Component):
         source = kept_source(state)
         self._start_again = state["runs"]
         self._reflection.restore(state.get("reflected", {}))
-        if source != self._source and not source.file:
+        if source != self._source and source.file in ("", self._source.file):
             try:
                 self._load(source)
             except Unloadable as error:

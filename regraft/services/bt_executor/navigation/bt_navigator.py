@@ -53,8 +53,6 @@ class _Drive:
     started: float
     first: tuple[float, float] | None = None
     """When (s) there was a path first, and how long (m) it was."""
-    left_at: float | None = None
-    """When (s) its goal was ended; a newer goal takes the tree over at that moment, or it is halted."""
 
 
 Tell = Callable[[_Drive, float], object]
@@ -142,11 +140,14 @@ class BtNavigator(NavigationInputs):
             return Navigated(int(NavigateError.BAD_TREE) + offset, str(error))
         try:
             status = await self._run(drive, tell or _feedback)
+        except Cancelled:
+            self._leave(drive)
+            raise
         except NodeError as error:
             self._halt(drive)
             return Navigated(int(NavigateError.UNKNOWN) + offset, str(error))
-        except Cancelled:
-            self._leave(drive)
+        except Exception:
+            self._halt(drive)
             raise
         return _result(drive.tree.blackboard, status, offset)
 
@@ -163,8 +164,8 @@ class BtNavigator(NavigationInputs):
     def _drive(self, file: Path, entries: Entries) -> _Drive:
         """Return the tree with the entries: that of the goal before, or another one. Raises Unloadable."""
         left, self._left = self._left, None
-        if left is not None and left.file == file and left.left_at == self.kit.now():
-            drive = replace(left, first=None, left_at=None)
+        if left is not None and left.file == file:
+            drive = replace(left, first=None)
         else:
             if left is not None:
                 self._halt(left)
@@ -196,8 +197,8 @@ class BtNavigator(NavigationInputs):
         if not self._is_active:
             self._halt(drive)
             return
-        self._left = left = replace(drive, left_at=self.kit.now())
-        self.kit.spawn(self._halt_soon(left), "halt of a tree")
+        self._left = drive
+        self.kit.spawn(self._halt_soon(drive), "halt of a tree")
 
     async def _halt_soon(self, left: _Drive) -> None:
         """Halt a tree whose goal was cancelled, unless a newer goal takes it over."""
