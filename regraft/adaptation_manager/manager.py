@@ -282,7 +282,10 @@ class AdaptationManager(Component):
         return entry
 
     async def _answer(self, entry: Entry, request: AdaptationRequest) -> AdaptationReport:
-        return await entry.ended() if request.wait else self._pending(entry)
+        if request.wait:
+            return await entry.ended()
+        self._worker.keep_end()  # the number is told before there is a line of it: nobody else may get it
+        return self._pending(entry)
 
     def _pending(self, entry: Entry) -> AdaptationReport:
         return pending(entry, self._current().revision, self.kit.now(), self.kit.tick)

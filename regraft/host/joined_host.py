@@ -50,7 +50,7 @@ class JoinedHost(Host):
         """It has just joined; nothing runs yet."""
         super().__init__(plan, bus, zygote)
         self.over = ""
-        self.orderly = False
+        self.orderly = self.failed = False
         self.term, self.revision = joined.term, joined.revision
         self._instance = instance
         self._seal = seal
@@ -79,8 +79,11 @@ class JoinedHost(Host):
         super().pump(timeout)
 
     def end(self) -> None:
-        """End every process, and announce that it leaves."""
+        """End every process, and announce that it leaves: in good order, nobody takes over what it ran."""
+        in_order = not (self.ended or self.failed)
         super().end()
+        if not in_order:
+            return
         for _ in range(1 if self.over else GOODBYES):
             try:
                 key, goodbye = self._keys.host(LOCAL, "renew"), codec.encode(self._sign(leaving=True))
@@ -96,8 +99,8 @@ class JoinedHost(Host):
         """Return the path of a component's own lease: this host may be frozen when it should end it."""
         name = managed.spec.name
         if name not in self._leases:
-            self._leases[name] = GrantedLease(self.plan.folder / "leases" / name, self._until(name))
-        return str(self._leases[name].path)
+            self._leases[name] = GrantedLease(name, self._until(name))
+        return self._leases[name].path
 
     def _until(self, name: str) -> float:
         """Return until when a component may act: for ever, if nobody would start it elsewhere."""

@@ -48,12 +48,15 @@ class Gatekeeper:
         if self._process is None and present >= self._next_start:
             self._next_start = present + RETRY_INTERVAL
             # Its standard input is how it learns that this process has ended, however it has.
-            self._process = subprocess.Popen(
-                own_python(str(Path(gate.__file__)), json.dumps(self._order)),
-                stdin=subprocess.PIPE,
-                pass_fds=(self._listening.fileno(),),
-                env=own_environment(),
-            )
+            try:
+                self._process = subprocess.Popen(
+                    own_python(str(Path(gate.__file__)), json.dumps(self._order)),
+                    stdin=subprocess.PIPE,
+                    pass_fds=(self._listening.fileno(),),
+                    env=own_environment(),
+                )
+            except OSError as error:
+                self._log.warning("the gate cannot be started, and is tried again: %s", error)
 
     def _forget(self) -> None:
         if self._process is not None and self._process.stdin is not None:

@@ -216,6 +216,9 @@ def _run(
                 step(joined)
             if host.ended:
                 host.over = "the process that starts the others is gone"
+        except BaseException:
+            host.failed = True
+            raise
         finally:
             host.end()
         return host

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 PRESENCE = "component"
 """The field of a component for whether it is there."""
+THERE = "there"
+"""The value of that field for one that is."""
 HOST = "host"
 """The field of a component that a move decides on."""
 CLASS = "class"
@@ -43,7 +45,7 @@ def undo_of(
     if undone.outcome not in APPLIED:
         problem = f"adaptation {undone.id} is {undone.outcome.value}: only an applied one can be undone"
         return request, (Violation(None, "", "undoes", problem),)
-    before, behind = journal.architecture(undone.revision_before), journal.architecture(undone.revision_after)
+    before, behind = journal.around(undone)
     if before is None or behind is None:
         problem = f"what was before adaptation {undone.id} cannot be read any more: the journal was damaged"
         return request, (Violation(None, "", "undoes", problem),)
@@ -74,8 +76,7 @@ def _standing_undo(adaptation: str, later: Sequence[AdaptationReport]) -> str | 
 def asked_again(undone: str, journal: Journal, now: Architecture) -> dict[str, str]:
     """Return the modes that are asked for once an adaptation is undone: what was before, where nothing is later."""
     report = journal.report(int(undone))
-    before = journal.architecture(report.revision_before) if report else None
-    behind = journal.architecture(report.revision_after) if report else None
+    before, behind = journal.around(report) if report else (None, None)
     if before is None or behind is None:
         return now.asked_modes
     given = {part for part, mode in behind.asked_modes.items() if before.asked_modes.get(part) != mode}
@@ -165,20 +166,33 @@ def conflicts(
     for component, where in sorted(decided):
         if where != PRESENCE and component in come_or_gone:
             continue
-        given, current = _value(behind, component, where), _value(now, component, where)
-        if given == current:
-            continue
         others = [
             other.id
             for other in later
             if touched(other.request.changes) & {(component, what) for what in (where, PRESENCE, CLASS)}
         ]
+        given, current = _value(behind, component, where), _value(now, component, where)
+        if where == PRESENCE and given == current == THERE and _was_replaced(component, later):
+            given, current = _which(behind, component), _which(now, component)
+        if given == current:
+            continue
         problem = (
             f"was changed again by adaptation {', '.join(others)}: it is {current!r}, "
             f"adaptation {report.id} gave {given!r}; undo the later one first"
         )
         found.append(Violation(None, component, where, problem))
     return found
+
+
+def _was_replaced(component: str, later: Sequence[AdaptationReport]) -> bool:
+    """Return whether a component was removed, added or both after all."""
+    return any((component, PRESENCE) in touched(other.request.changes) for other in later)
+
+
+def _which(architecture: Architecture, component: str) -> str:
+    """Return which component it is that is there: one that was added under a name in use before may be another."""
+    spec = architecture.components[component]
+    return f"{spec.cls or ' '.join(spec.command)} on {spec.host}"
 
 
 def _all_of(spec: ComponentSpec) -> set[tuple[str, str]]:
@@ -194,7 +208,7 @@ def _value(architecture: Architecture, component: str, where: str) -> object:
     if spec is None:
         return "removed"
     if where == PRESENCE:
-        return "there"
+        return THERE
     if where == CLASS:
         return spec.cls
     if where == HOST:

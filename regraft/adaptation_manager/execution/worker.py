@@ -112,7 +112,7 @@ class Worker:
                 self._publisher.ended(report)
                 for step in report.steps:  # what an undo is about was read back by it
                     found.pop(step.component, None)
-            self._keep_end()
+            self.keep_end()
             await self._end_strangers(slot)
             tell_differences(self._store.current(), found, self._kit.event)
         except JournalError as error:
@@ -124,8 +124,8 @@ class Worker:
         if not self._gate.is_open:
             self._publisher.begin()
 
-    def _keep_end(self) -> None:
-        """Have others know how far the journal has come, should it be lost: before any report."""
+    def keep_end(self) -> None:
+        """Have others know how far the journal has come, should it be lost: before anybody is told so."""
         with contextlib.suppress(ControlFailed):
             self._hosts.keep(self._store.end())
 
@@ -165,11 +165,11 @@ class Worker:
         done = await self._checked_and_done(entry, slot)
         if isinstance(done, AdaptationRun):
             if done.report.outcome is Outcome.CONFIRMING:
-                self._keep_end()
+                self.keep_end()
                 return done
             self._all_ended = done.all_ended
             done = done.report
-        self._keep_end()
+        self.keep_end()
         self.finish(entry, done)
         return None
 
@@ -249,7 +249,7 @@ class Worker:
 
         def finish(report: AdaptationReport) -> None:
             self._all_ended = carrying.all_ended
-            self._keep_end()
+            self.keep_end()
             self.finish(carrying.entry, report)
 
         self._publisher.architecture()

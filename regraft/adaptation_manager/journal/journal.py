@@ -8,7 +8,7 @@ continues.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -92,26 +92,48 @@ class Journal(JournalFile):
 
         None if there is none, or if a line that led to it is damaged.
         """
+        for reached in self._replay():
+            if reached is None or reached.revision == revision:
+                return reached
+            newest = reached
+        return newest if revision is None else None
+
+    def around(self, report: AdaptationReport) -> tuple[Architecture | None, Architecture | None]:
+        """Return the architectures before and behind an adaptation of this run, each as `architecture` does."""
+        before = behind = None
+        for reached in self._replay():
+            if reached is None:
+                break
+            if reached.revision == report.revision_before:
+                before = reached
+            if reached.revision == report.revision_after:
+                behind = reached
+                break
+        return before, behind
+
+    def _replay(self) -> Iterator[Architecture | None]:
+        """Yield the run's architectures from its start on; a last None if there is none, or the next is damaged."""
         with self.told("cannot be read"):
             start = self.database.execute(f"SELECT {RUN}, seal FROM runs WHERE run = ?", (self.run,)).fetchone()
             if start is None or not is_sealed(start):
-                return None
+                yield None
+                return
             architecture = _decoded(start[1], Architecture)
             lines = self._rows(
                 f"SELECT {LINE}, seal, {FOLLOWING}, following_seal FROM adaptations "
                 "WHERE run = ? AND revision > ? ORDER BY revision",
                 architecture.revision,
             )
+            yield architecture
             for row in lines:
-                if architecture.revision == revision:
-                    break
                 line, following = row[:9], row[9:]
-                if not is_sealed(line) or not is_sealed(following):
-                    return None
-                if _decoded(line[7], AdaptationReport).revision_before != architecture.revision:
-                    return None
+                # A line is read as plain data: to make a report of each took most of the time of a long replay.
+                intact = is_sealed(line) and is_sealed(following)
+                if not intact or codec.unpack_plain(line[7])["revision_before"] != architecture.revision:
+                    yield None
+                    return
                 architecture = _decoded(following[2], UpdateSpecs).applied_to(architecture)
-        return architecture if revision in (None, architecture.revision) else None
+                yield architecture
 
     # --- adaptations ---
 

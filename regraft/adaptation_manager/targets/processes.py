@@ -45,6 +45,7 @@ async def run_process(context: ExecutionContext, action: RunProcess) -> None:
     await context.hosts.give(UpdateSpecs(context.revision, (held,), topics=topics))
     if action.leave_out:
         context.state_lost.add(spec.name)
+        await _end_where_it_was(context, spec)
     context.controls.processes |= await context.hosts.start(
         spec.name, spec.host, action.resume, leave_out=action.leave_out, afresh=action.afresh
     )
@@ -56,6 +57,26 @@ async def run_process(context: ExecutionContext, action: RunProcess) -> None:
         await _until_it_is_a_member(context, spec, patience)
     if action.state is not State.UNCONFIGURED:
         await _bring(context, spec, Transition.CONFIGURE)
+
+
+async def _end_where_it_was(context: ExecutionContext, spec: ComponentSpec) -> None:
+    """End what a lost host that has joined again meanwhile has started: a later join gets the new place.
+
+    Raises:
+        ControlFailed: the run has not ended, or its host does not report it.
+    """
+    host, name = context.before.components[spec.name].host, spec.name
+    patience = Patience(context.before.rules(host).lost_after + KILLED_TIMEOUT)
+    for pause in pauses():
+        await context.refresh()
+        there = [run for at, run in context.hosts.runs(name) if at == host and at != spec.host]
+        if host in context.hosts.lost or (host not in context.hosts.silent and not there):
+            return
+        if patience.is_over():
+            raise NoAnswer(f"host {host!r}: {name}, which it may have started as it joined again, has not ended")
+        for run in there if context.hosts.is_there(host) else ():
+            await context.hosts.stop(name, host, 0.0, run.started_as)
+        await context.pause(pause)
 
 
 async def take_part(context: ExecutionContext, action: Activate) -> None:

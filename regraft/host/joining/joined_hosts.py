@@ -135,7 +135,7 @@ class JoinedHosts:
         present = now()
         if present - self._looked > LOOKED_AWAY:
             for other in self._others.values():
-                other.renewed += present - self._looked
+                other.renewed = min(present, other.renewed + present - self._looked)
         self._looked = present
         for host, other in self._others.items():
             silence = present - other.renewed

@@ -102,7 +102,7 @@ class Watchdog:
         self._last_look = now
         if passed > CLOSER_LOOK_TIMEOUT:
             for watched in self.watched.values():
-                watched.last_beat += passed
+                watched.last_beat = min(now, watched.last_beat + passed)
             return 0.0
         return passed
 

@@ -96,7 +96,10 @@ def start_zygote() -> Zygote:
         adopt_orphans()
         signal.signal(signal.SIGCHLD, lambda *_: None)
         forked.die_with_parent(parent, by=signal.SIGCHLD)  # wakes it, and it finds the line closed
-        _serve(theirs, parent)
+        try:
+            _serve(theirs, parent)
+        finally:
+            end_descendants()
         code = 0
     except BaseException:
         traceback.print_exc()
@@ -104,8 +107,11 @@ def start_zygote() -> Zygote:
         os._exit(code)
 
 
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
 def _serve(line: socket.socket, parent: int) -> None:
-    for ignored in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    for ignored in ENDING:
         signal.signal(ignored, signal.SIG_IGN)
     wake_reader, wake_writer = os.pipe()
     os.set_blocking(wake_writer, False)
@@ -116,7 +122,6 @@ def _serve(line: socket.socket, parent: int) -> None:
     while True:
         readable, _, _ = select.select(sources, [], [], LOOK_AFTER_PARENT_INTERVAL)
         if os.getppid() != parent:
-            end_descendants()
             return
         if wake_reader in readable:
             _drain(wake_reader)
@@ -124,7 +129,6 @@ def _serve(line: socket.socket, parent: int) -> None:
         if line in readable:
             order = frames.receive(line)
             if order is None:
-                end_descendants()
                 return
             _obey(order, line, alive, (wake_reader, wake_writer))
 
@@ -139,14 +143,18 @@ def _obey(order: dict[str, Any], line: socket.socket, alive: dict[int, tuple[str
     zygote = os.getpid()
     sys.stdout.flush()
     sys.stderr.flush()
+    # A child may be asked to end before it hears signals: an ignored one would be lost, a blocked one waits.
+    signal.pthread_sigmask(signal.SIG_BLOCK, ENDING)
     try:
         pid = os.fork()
     except OSError as error:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
         sys.stderr.write(f"cannot start {name}: {error.strerror}\n")
         frames.send(line, {"ended": 0, "name": name, "incarnation": incarnation, "code": EXIT_FAULT})
         return
     if pid == 0:
         _be_child(order, line, zygote, pipe)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
     alive[pid] = (name, incarnation)
     frames.send(line, {"started": pid, "name": name, "incarnation": incarnation})
 
@@ -155,8 +163,9 @@ def _be_child(order: dict[str, Any], line: socket.socket, zygote: int, pipe: tup
     code = 1
     try:
         signal.set_wakeup_fd(-1)
-        for fallback in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGCHLD):
+        for fallback in (*ENDING, signal.SIGCHLD):
             signal.signal(fallback, signal.SIG_DFL)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
         forked.die_with_parent(zygote)
         os.setpgid(0, 0)
         line.close()

@@ -13,15 +13,16 @@ class Clock(Protocol):
         """Return the time in nanoseconds."""
 
 
-class RealClock:
-    """Wall-clock time since 1970 as it was when the process started, moved on by the monotonic clock."""
+OFFSET = time.time_ns() - time.monotonic_ns()
+"""Taken before a host forks its components: all of them have one time, also those that start after a clock was set."""
 
-    def __init__(self) -> None:
-        self._offset = time.time_ns() - time.monotonic_ns()
+
+class RealClock:
+    """Wall-clock time since 1970 as it was when the host started, moved on by the monotonic clock."""
 
     def now(self) -> int:
         """Return the time in nanoseconds."""
-        return time.monotonic_ns() + self._offset
+        return time.monotonic_ns() + OFFSET
 
 
 class SteppedClock:

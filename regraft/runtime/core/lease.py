@@ -4,7 +4,8 @@ A joined host that loses the system ends its components, since they may be start
 and cannot end them then. So they end themselves: the host writes into a file until when they may act, and each of them
 reads it. The clock continues while a machine or a process is frozen.
 
-Both see the file as one number in memory, which is written and read as a whole: ``struct`` clears its target before it
+The file is in memory and has no name: on a busy disk the host would wait as it writes, on a full one it could not.
+Both see it as one number, which is written and read as a whole: ``struct`` clears its target before it
 writes, and a component that looked just then would take its lease for over.
 """
 
@@ -16,7 +17,6 @@ import signal
 import struct
 import threading
 import time
-from pathlib import Path
 
 UNTIL = struct.Struct("d")
 """The file: seconds of the clock below, infinite while there is no end."""
@@ -35,17 +35,14 @@ def now() -> float:
 class GrantedLease:
     """The host's side: the file, which it keeps open."""
 
-    def __init__(self, path: Path, until: float) -> None:
-        """Grant a lease; raises OSError."""
-        self.path = path
-        path.parent.mkdir(parents=True, exist_ok=True)
+    def __init__(self, name: str, until: float) -> None:
+        """Grant a lease to a component; raises OSError."""
         self._until = until
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o600)
-        try:
-            os.pwrite(descriptor, UNTIL.pack(until), 0)
-            self._file = memoryview(mmap.mmap(descriptor, UNTIL.size)).cast("d")
-        finally:
-            os.close(descriptor)
+        descriptor = os.memfd_create(f"lease of {name}")
+        self.path = f"/proc/{os.getpid()}/fd/{descriptor}"
+        """The file, for this machine's processes, as long as this one lives."""
+        os.pwrite(descriptor, UNTIL.pack(until), 0)
+        self._file = memoryview(mmap.mmap(descriptor, UNTIL.size)).cast("d")
 
     def extend(self, until: float) -> None:
         """Have it end at another time."""

@@ -87,7 +87,12 @@ class Writer:
         self._matched_until = 0.0
 
     def put(self, payload: bytes) -> None:
-        """Put the next sample; from any thread but the component's own it would break the numbering."""
+        """Put the next sample; from any thread but the component's own it would break the numbering.
+
+        While the component is mute, it is not even numbered: a reader would ask for what nobody had put.
+        """
+        if self._writers.mute:
+            return
         if self._unmade:
             self._writers.flush()
         attachment = self._next()
@@ -105,7 +110,10 @@ class Writer:
 
         In lockstep it is put only if somebody subscribes; else it is made for a reader that asks for it.
         """
-        writers, attachment = self._writers, self._next()
+        writers = self._writers
+        if writers.mute:
+            return
+        attachment = self._next()
         place = self._place
         self._unmade.add(place)
         writers.deferred.append(lambda: self._keep(place, attachment, make))

@@ -32,13 +32,13 @@ for _ in range(1_000_000):
 
 @pytest.mark.parametrize("errors", ["open", "full", "closed", "replaced"])
 def test_whose_lease_has_run_out_ends_whatever_takes_its_last_line(tmp_path: Path, errors: str) -> None:
-    granted = GrantedLease(tmp_path / "lease", float("inf"))
+    granted = GrantedLease("holder", float("inf"))
     begin = {"closed": "import os; os.close(2)\n", "replaced": "import sys; sys.__stderr__.close()\n"}.get(errors, "")
     log = tmp_path / "log"
     with (
         open("/dev/full" if errors == "full" else log, "wb") as stderr,
         subprocess.Popen(
-            [sys.executable, "-c", begin + HOLDER, str(granted.path)],
+            [sys.executable, "-c", begin + HOLDER, granted.path],
             stdout=subprocess.PIPE,
             stderr=stderr,
             env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
@@ -57,10 +57,10 @@ def test_whose_lease_has_run_out_ends_whatever_takes_its_last_line(tmp_path: Pat
         )
 
 
-def test_a_lease_that_is_extended_while_it_is_looked_at_holds(tmp_path: Path) -> None:
-    granted = GrantedLease(tmp_path / "lease", now() + BOUND)
+def test_a_lease_that_is_extended_while_it_is_looked_at_holds() -> None:
+    granted = GrantedLease("holder", now() + BOUND)
     with subprocess.Popen(
-        [sys.executable, "-c", LOOKER, str(granted.path)],
+        [sys.executable, "-c", LOOKER, granted.path],
         stdout=subprocess.PIPE,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
     ) as looker:

@@ -64,6 +64,26 @@ def test_components_of_a_lost_host_start_elsewhere_if_the_stack_says_so(site: Si
     assert site.host_of("ticker") == "local", "it stays where it is now"
 
 
+def test_a_host_that_is_back_while_its_components_start_elsewhere_runs_none_of_them(site: Site) -> None:
+    slow = "{class: 'tests.host.parts:Sleeper', host: edge, limits: {handler_timeout: 6.0}, parameters: {where: configure, "
+    system = site.up(f"{TICKER}  early: {slow}seconds: 4.0}}}}\n", MOVE)
+    link = site.link()
+    guest = site.join("edge", link.endpoint)
+    for name in ("early", "ticker"):
+        site.wait_active(name)
+    link.cut()
+    wait_state(system, "edge", HostState.LOST)
+    wait_until(lambda: site.host_of("early") == "local", "the first of them to start elsewhere")
+    link.heal()
+    wait_until(lambda: state_of(system, "edge") is HostState.JOINED, "edge to be back")
+    for name in ("early", "ticker"):
+        wait_until(lambda name=name: site.host_of(name) == "local", f"{name} to be elsewhere")  # type: ignore[misc]
+    wait_until(lambda: site.journal()[0].outcome is Outcome.APPLIED_STATE_LOST, "the end of the adaptation")
+    runs = [name for name in ("early", "ticker") if (found := site.process(name, "edge")) is not None and found.pid]
+    assert runs == []
+    assert guest.process.poll() is None
+
+
 @pytest.mark.evidence
 @pytest.mark.parametrize(
     "changes",

@@ -319,3 +319,11 @@ def test_named_expressions_are_put_in_and_circles_refused() -> None:
     assert [each.text for each in summands(Expression("-cost"), named)] == ["-(price * a)", "-(price * b)"]
     with pytest.raises(BadMessage, match="a -> b -> a: is defined by itself"):
         summands(Expression("a"), {"a": Expression("b"), "b": Expression("1 + a")})
+
+
+@pytest.mark.parametrize(("kind", "value"), [(Kind.STATE, "active"), (Kind.TRANSITION, "activate")])
+def test_of_a_component_that_has_been_removed_meanwhile_the_change_is_named_for_the_manager(
+    kind: Kind, value: str
+) -> None:
+    changes = changes_for([Setting("gone", kind, "", value)], wheeled())
+    assert changes == (ChangeState("gone", Transition.ACTIVATE),)

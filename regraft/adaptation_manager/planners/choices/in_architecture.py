@@ -154,7 +154,8 @@ def _others(settings: Sequence[Setting], kept: dict[str, _Part], architecture: A
             found.append(Connect(setting.component, setting.member, str(setting.value)))
         elif setting.kind in (Kind.TRANSITION, Kind.STATE):
             goal = goal_of(setting)
-            way = route(architecture.components[setting.component].state, goal) or _by_name(setting)
+            spec = architecture.components.get(setting.component)  # another client may have removed it meanwhile
+            way = (route(spec.state, goal) if spec is not None else ()) or _by_name(setting)
             found += [ChangeState(setting.component, transition) for transition in way]
     return found
 
