@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -11,10 +14,12 @@ from regraft.adaptation_manager.steps.draft import Draft
 from regraft.bus_schema.model.adaptation import (
     AdaptationReport,
     AdaptationRequest,
+    Add,
     Change,
     ChangeState,
     Connect,
     Outcome,
+    Remove,
     SetParameters,
 )
 from regraft.bus_schema.model.architecture import Architecture
@@ -48,3 +53,18 @@ def test_the_inverse_of_changes_leads_back(wanted: list[Change]) -> None:
     assert legal
     report = AdaptationReport("2", Outcome.APPLIED, AdaptationRequest(changes), 1, 2, 0.0)
     assert conflicts(report, BEFORE, back, []) == []
+
+
+@pytest.mark.parametrize("same", [True, False])
+def test_an_added_component_is_not_removed_if_by_now_it_is_another_one_of_that_name(same: bool) -> None:
+    first = BEFORE.components["listener"]
+    second = replace(first, cls=first.cls if same else "other:Class")
+    behind = BEFORE
+    report = AdaptationReport("2", Outcome.APPLIED, AdaptationRequest((Add("listener", first),)), 1, 2, 0.0)
+    later = [
+        AdaptationReport("4", Outcome.APPLIED, AdaptationRequest((Add("listener", second),)), 3, 4, 0.0),
+        AdaptationReport("3", Outcome.APPLIED, AdaptationRequest((Remove("listener"),)), 2, 3, 0.0),
+    ]
+    found = conflicts(report, behind, behind.with_component(second), later)
+    assert [each.field for each in found] == ([] if same else ["component"])
+    assert all("by adaptation 4, 3: it is 'other:Class on local'" in each.problem for each in found)

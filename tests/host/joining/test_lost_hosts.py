@@ -64,9 +64,20 @@ def test_components_of_a_lost_host_start_elsewhere_if_the_stack_says_so(site: Si
     assert site.host_of("ticker") == "local", "it stays where it is now"
 
 
+def test_a_host_that_fails_does_not_leave_in_good_order(site: Site) -> None:
+    system = site.up(hosts=MOVE)
+    guest = site.join()
+    first = site.wait_active("ticker")
+    os.kill(children_of(guest.process.pid)[0], signal.SIGKILL)
+    site.wait_active("ticker", first)
+    assert site.host_of("ticker") == "local"
+    assert system.said("host.lost", "edge")
+    assert not system.said("host.left", "edge")
+
+
 def test_a_host_that_is_back_while_its_components_start_elsewhere_runs_none_of_them(site: Site) -> None:
-    slow = "{class: 'tests.host.parts:Sleeper', host: edge, limits: {handler_timeout: 6.0}, parameters: {where: configure, "
-    system = site.up(f"{TICKER}  early: {slow}seconds: 4.0}}}}\n", MOVE)
+    sleeper = "class: 'tests.host.parts:Sleeper', host: edge, parameters: {where: configure, seconds: 4.0}"
+    system = site.up(f"{TICKER}  early: {{{sleeper}, limits: {{handler_timeout: 6.0}}}}\n", MOVE)
     link = site.link()
     guest = site.join("edge", link.endpoint)
     for name in ("early", "ticker"):
@@ -243,8 +254,11 @@ def test_a_host_whose_place_was_taken_ends(site: Site) -> None:
     first, pid = site.wait_active("ticker"), site.pid("ticker")
     link.cut()
     wait_state(site.system, "edge", HostState.LOST)
+    secret = site.folder / "bus.secret"
+    secret.touch(0o600)
+    secret.write_text(site.system.info.secret)
     os.environ["REGRAFT_HOME"] += "-2"
-    site.join()
+    site.join("edge", "", "--secret", str(secret))
     assert site.wait_active("ticker", first) > first
     link.heal()
     assert guest.process.wait(PATIENCE) == 3
