@@ -284,7 +284,7 @@ class AdaptationManager(Component):
     async def _answer(self, entry: Entry, request: AdaptationRequest) -> AdaptationReport:
         if request.wait:
             return await entry.ended()
-        self._worker.keep_end()  # the number is told before there is a line of it: nobody else may get it
+        self._worker.keep_end()  # the answer has the number before there is a line of it: nobody else may get it
         return self._pending(entry)
 
     def _pending(self, entry: Entry) -> AdaptationReport:

@@ -360,7 +360,7 @@ class Client:
         self, name: str, key: str, cls: type | None, callback: Callable[[TopicSample], object]
     ) -> Subscription:
         subscription = Subscription(name, cls, callback)
-        subscription.begin(self._listener.subscribe(key, subscription.take, subscription.admit))
+        subscription.begin(self._listener.subscribe(key, subscription.take, subscription.admit, subscription.miss))
         self._keep(subscription)
         return subscription
 

@@ -21,6 +21,9 @@ MAX_WAITING = 10_000
 """Samples that may wait to be handled; under a flood, later ones are dropped."""
 
 
+_Waiting = tuple[Callable[[Sample], object], Callable[[], object], Any]
+
+
 class Listener:
     """Opens samples and calls their handlers one at a time, so that no handler runs on a network thread."""
 
@@ -34,16 +37,21 @@ class Listener:
         self._thread.start()
 
     def subscribe(
-        self, key: str, handler: Callable[[Sample], object], admit: Callable[[], bool] = lambda: True
+        self,
+        key: str,
+        handler: Callable[[Sample], object],
+        admit: Callable[[], bool] = lambda: True,
+        missed: Callable[[], object] = lambda: None,
     ) -> Closable:
         """Have ``handler`` called with every sample whose key matches and that ``admit`` lets in.
 
-        ``admit`` runs on the network thread, before the sample is opened: it bounds what waits.
+        ``admit`` runs on the network thread, before the sample is opened: it bounds what waits. ``missed`` is called
+        for one that cannot be opened: its writer has taken it back.
         """
 
         def sink(item: Any) -> None:
             if self._inbox.qsize() < MAX_WAITING and admit():
-                self._inbox.put((handler, item))
+                self._inbox.put((handler, missed, item))
 
         return self._bus.subscribe(key, sink)
 
@@ -63,16 +71,17 @@ class Listener:
     def _run(self) -> None:
         looked = time.monotonic()
         while not self._stopped:
-            item: tuple[Callable[[Sample], object], Any] | None = self._inbox.get(LOOK_AROUND)
+            item: _Waiting | None = self._inbox.get(LOOK_AROUND)
             if item is not None:
                 self._handle(*item)
             if time.monotonic() - looked >= (LOOK_AROUND if self._inbox.empty() else LOOK_AWAY):
                 self._tick()
                 looked = time.monotonic()
 
-    def _handle(self, handler: Callable[[Sample], object], raw: Any) -> None:
+    def _handle(self, handler: Callable[[Sample], object], missed: Callable[[], object], raw: Any) -> None:
         sample = self._bus.open_sample(raw)
         if sample is None:
+            missed()
             return
         try:
             handler(sample)

@@ -76,6 +76,12 @@ class Subscription:
             self._waiting += 1
             return True
 
+    def miss(self) -> None:
+        """Count a sample that could not be opened among those that were dropped."""
+        with self._lock:
+            self._waiting -= 1
+            self.dropped += 1
+
     def take(self, sample: Sample) -> None:
         """Read a sample and hand it on; what does not fit is counted."""
         with self._lock:

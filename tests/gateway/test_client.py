@@ -34,6 +34,7 @@ from regraft.client import (
     read_plain,
 )
 from regraft.client.listener import LOOK_AWAY, Listener
+from regraft.client.topics import MAX_WAITING, Subscription
 from tests.gateway.parts import HostStub
 from tests.support.stepped.site import Site
 from tests.support.waiting import PATIENCE, wait_until
@@ -347,3 +348,11 @@ def test_a_client_reads_what_waits_before_it_asks_again(site: Site) -> None:
     subscription.close()
     listener.stop()
     assert len([look for look in looks if look < begun + took]) <= 2 + took / LOOK_AWAY
+
+
+def test_samples_that_cannot_be_opened_leave_room_for_others() -> None:
+    subscription = Subscription("pictures", None, lambda seen: None)
+    for _ in range(2 * MAX_WAITING):
+        assert subscription.admit()
+        subscription.miss()
+    assert subscription.dropped == 2 * MAX_WAITING

@@ -125,7 +125,7 @@ class Worker:
             self._publisher.begin()
 
     def keep_end(self) -> None:
-        """Have others know how far the journal has come, should it be lost: before anybody is told so."""
+        """Have others know how far the journal has come, should it be lost: before anybody relies on it."""
         with contextlib.suppress(ControlFailed):
             self._hosts.keep(self._store.end())
 

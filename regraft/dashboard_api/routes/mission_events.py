@@ -35,14 +35,13 @@ class MissionFeed:
     def enter(self) -> None:
         """Begin to listen for the first reader; may take a second."""
         with self._lock:
+            if not self._readers:
+                self.buffer.restart()
+                self._listening = [
+                    self._client.topic(self._executor.transitions, MissionTransitions, self._take),
+                    self._client.events(self._take_event),
+                ]
             self._readers += 1
-            if self._readers > 1:
-                return
-            self.buffer.restart()
-            self._listening = [
-                self._client.topic(self._executor.transitions, MissionTransitions, self._take),
-                self._client.events(self._take_event),
-            ]
 
     def leave(self) -> None:
         """Listen no more once the last reader has left."""

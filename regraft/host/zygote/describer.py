@@ -89,7 +89,9 @@ class Describer:
         if len(self._asked) >= MAX_AT_ONCE:
             raise BadMessage(f"{MAX_AT_ONCE} components are being described already: ask again later")
         self._count += 1
-        return self._folder / f"{DESCRIBE}-{self._count}"
+        answer = self._folder / f"{DESCRIBE}-{self._count}"
+        _remove(answer)  # left by an earlier run of the system
+        return answer
 
     def _begin(self, asked: _Asked) -> None:
         name = f"{DESCRIBE}/{self._count}"  # no component can be named so
@@ -123,16 +125,15 @@ class Describer:
         try:
             asked.query.reply(asked.reply(asked.answer.read_bytes()))
         except (OSError, SchemaError):
-            culprit = asked.answer.with_suffix(UNDER_WAY)
-            if culprit.exists() and not asked.late and len(asked.left_out) < MAX_LEFT_OUT:
-                asked.left_out[culprit.read_text()] = f"estimate {how}"
+            culprit = _under_way(asked.answer)
+            # On a full disk the file is empty: asking again would end in the same way, for ever.
+            if culprit and culprit not in asked.left_out and not asked.late and len(asked.left_out) < MAX_LEFT_OUT:
+                asked.left_out[culprit] = f"estimate {how}"
                 self._count += 1
                 self._begin(asked)
                 return
             refuse(asked.query, ControlCode.FAILED, f"{asked.task} {how}")
-        for file in (asked.answer, asked.answer.with_suffix(UNDER_WAY)):
-            with contextlib.suppress(OSError):
-                file.unlink()
+        _remove(asked.answer)
 
     def look(self, now: float) -> None:
         """Kill processes that take too long."""
@@ -140,6 +141,21 @@ class Describer:
             if now > asked.deadline and asked.pid:
                 asked.late = True
                 self._zygote.signal(asked.pid, signal.SIGKILL)
+
+
+def _under_way(answer: Path) -> str:
+    """Return the component whose estimator was being called, empty if none is known."""
+    try:
+        return answer.with_suffix(UNDER_WAY).read_text()
+    except (OSError, ValueError):
+        return ""
+
+
+def _remove(answer: Path) -> None:
+    """Remove an answer's file and what stands next to it."""
+    for file in (answer, answer.with_suffix(UNDER_WAY), Path(f"{answer}.part")):
+        with contextlib.suppress(OSError):
+            file.unlink()
 
 
 def _as_it_is(answer: bytes) -> bytes:

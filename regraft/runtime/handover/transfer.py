@@ -99,6 +99,8 @@ class Transfer:
             Exception: the class does not take the state, or could not be activated.
         """
         self._checkpoints.take_assigned()  # older than what is handed over
+        # Before all that may fail: a frozen run that cannot take over speaks again, behind what its successor has put.
+        self._parts.writers.go_on_from(handed.writes)
         if with_state and type(self._parts.component).restore is not Component.restore:
             restore_state(self._parts.component, handed.snapshot.state, handed.snapshot.version)
         self._take_places(handed)
@@ -150,7 +152,6 @@ class Transfer:
             self._parts.component.on_parameters(frozenset(changed))
 
     def _take_places(self, handed: HandedOver) -> None:
-        self._parts.writers.go_on_from(handed.writes)
         self._parts.requests.go_on_from(handed.asked)
         for server in self._parts.servers:
             server.take_over(client for client in handed.clients if client.service == server.name)
