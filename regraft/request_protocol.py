@@ -140,9 +140,9 @@ class RequestProtocol(ABC):
         """
         patience = f"{pending.request.patience:g} s"
         why = f"no answer within {patience}" if offered else f"nobody offers this service (waited {patience})"
+        self.end(pending, CallFailed(pending.service, None, why))
         if pending.request.verb is Verb.GOAL:
             self.send(pending, pending.under(Verb.CANCEL))
-        self.end(pending, CallFailed(pending.service, None, why))
 
     def cancel(self, pending: PendingRequest) -> None:
         """Ask for the end of a goal; one that is not accepted yet ends at once, and is not asked for again."""

@@ -19,9 +19,8 @@ LOOK_AWAY = 1.0
 LEAVE_TIMEOUT = 1.0
 MAX_WAITING = 10_000
 """Samples that may wait to be handled; under a flood, later ones are dropped."""
-
-
 _Waiting = tuple[Callable[[Sample], object], Callable[[], object], Any]
+"""A handler, the function in its place for a sample that cannot be opened, and the raw sample."""
 
 
 class Listener:

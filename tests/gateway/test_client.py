@@ -12,9 +12,12 @@ import pytest
 
 from regraft import CallFailed, Component, Output, Parameter, RequestRefused, action, service
 from regraft.bus.interface import Sample
+from regraft.bus.memory_bus import MemoryBus, MemoryHub
 from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.bus_schema.encoding.registry import type_of
 from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.geometry import Pose, Twist
 from regraft.bus_schema.messages.health import Event
 from regraft.bus_schema.messages.management.manager import CancelAdaptation, JournalPage, JournalRequest
@@ -34,7 +37,7 @@ from regraft.client import (
     read_plain,
 )
 from regraft.client.listener import LOOK_AWAY, Listener
-from regraft.client.topics import MAX_WAITING, Subscription
+from regraft.client.topics import MAX_WAITING
 from tests.gateway.parts import HostStub
 from tests.support.stepped.site import Site
 from tests.support.waiting import PATIENCE, wait_until
@@ -350,9 +353,24 @@ def test_a_client_reads_what_waits_before_it_asks_again(site: Site) -> None:
     assert len([look for look in looks if look < begun + took]) <= 2 + took / LOOK_AWAY
 
 
-def test_samples_that_cannot_be_opened_leave_room_for_others() -> None:
-    subscription = Subscription("pictures", None, lambda seen: None)
-    for _ in range(2 * MAX_WAITING):
-        assert subscription.admit()
-        subscription.miss()
-    assert subscription.dropped == 2 * MAX_WAITING
+def test_samples_that_cannot_be_opened_leave_room_for_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    hub = MemoryHub()
+    mine, other = MemoryBus(hub), MemoryBus(hub)
+    client, seen, sent = Client(mine, "site", "tester"), list[TopicSample](), list[int]()
+    subscription = client.topic("pictures", None, seen.append)
+    publisher = other.publisher(Keys("site").topic("pictures"), type_of(Twist).encoding, reliable=True)
+
+    def put() -> None:
+        sent.append(len(sent) + 1)
+        publisher.put(codec.encode(SLOWLY), Envelope("camera", 1, 1, sent[-1], 0).to_bytes())
+
+    try:
+        with monkeypatch.context() as patched:
+            patched.setattr(mine, "open_sample", lambda item: None)
+            while len(sent) < 2 * MAX_WAITING:
+                put()
+                wait_until(lambda: subscription.dropped == len(sent))
+        put()
+        wait_until(lambda: [sample.sequence for sample in seen] == sent[-1:])
+    finally:
+        client.close()

@@ -1,4 +1,4 @@
-"""What a run says while it does not speak for its component takes no number, and reaches nobody later."""
+"""A run that does not speak for its component numbers nothing that it says, so nobody gets it later."""
 
 from __future__ import annotations
 

@@ -185,7 +185,7 @@ def conflicts(
 
 
 def _was_replaced(component: str, later: Sequence[AdaptationReport]) -> bool:
-    """Return whether a component was removed, added or both after all."""
+    """Return whether later adaptations removed or added a component."""
     return any((component, PRESENCE) in touched(other.request.changes) for other in later)
 
 

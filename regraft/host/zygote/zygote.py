@@ -27,6 +27,8 @@ from regraft.process import forked
 from regraft.process.descendants import END_TIMEOUT, LOOK_INTERVAL, adopt_orphans, end_descendants, end_run
 from regraft.process.main import EXIT_FAULT
 
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""Signals that ask a process to end: the zygote ignores them, its children do not."""
 LOOK_AFTER_PARENT_INTERVAL = 1.0
 """Seconds after which the zygote looks whether its host lives, should nothing else have shown it."""
 
@@ -105,9 +107,6 @@ def start_zygote() -> Zygote:
         traceback.print_exc()
     finally:
         os._exit(code)
-
-
-ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 def _serve(line: socket.socket, parent: int) -> None:

@@ -87,8 +87,7 @@ def test_a_host_that_is_back_while_its_components_start_elsewhere_runs_none_of_t
     wait_until(lambda: site.host_of("early") == "local", "the first of them to start elsewhere")
     link.heal()
     wait_until(lambda: state_of(system, "edge") is HostState.JOINED, "edge to be back")
-    for name in ("early", "ticker"):
-        wait_until(lambda name=name: site.host_of(name) == "local", f"{name} to be elsewhere")  # type: ignore[misc]
+    wait_until(lambda: {site.host_of(name) for name in ("early", "ticker")} == {"local"}, "both to be elsewhere")
     wait_until(lambda: site.journal()[0].outcome is Outcome.APPLIED_STATE_LOST, "the end of the adaptation")
     assert [process.component for process in system.client.hosts()["edge"].processes if process.pid] == []
     assert guest.process.poll() is None
