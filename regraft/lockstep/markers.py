@@ -61,6 +61,8 @@ class Markers:
 
     def confirm_all(self) -> list[Pair]:
         """Have markers put until every connection is confirmed; returns those that are not within a bound."""
+        if not self._membership.unwired():
+            return []
         within = Patience(WIRED_TIMEOUT)
         while unwired := self._membership.unwired():
             if within.is_over():

@@ -37,10 +37,11 @@ class MemberState:
     gone: set[str] = field(default_factory=set)
     ended: set[str] = field(default_factory=set)
     wanted: tuple[str, ...] | None = None
+    wanted_as_of: object = None
 
     def succeed(self, incarnation: int) -> None:
         """Be another run of the component, with all that this one still has to handle."""
-        self.incarnation, self.wanted, self.holds_time = incarnation, None, False
+        self.incarnation, self.wanted, self.wanted_as_of, self.holds_time = incarnation, None, None, False
 
     def begin_step(self) -> Frontier:
         """Return what is to be handled in the step that begins now; from here on, nothing is pending."""
@@ -60,12 +61,16 @@ class MemberState:
         """Return who left, for the step that begins now; whose last data is still to be handled is reported in the
         next.
         """
+        if not self.gone:
+            return ()
         handled_now = {source for sources in self.pending.values() for source in sources}
         gone, self.gone = self.gone - handled_now, self.gone & handled_now
         return tuple(sorted(gone))
 
     def take_ended(self) -> tuple[str, ...]:
         """Return whose run has ended, for the step that begins now."""
+        if not self.ended:
+            return ()
         ended, self.ended = self.ended, set()
         return tuple(sorted(ended))
 
@@ -91,6 +96,7 @@ class Membership:
         self.relayed: tuple[str, ...] = ()
         self.wired: set[Pair] = set()
         self._readers: dict[str, list[tuple[MemberState, bool]]] = {}
+        self._changes = 0
         self._all_wired = True
 
     def add(self, name: str, incarnation: int, wiring: Wiring, next_wake: int | None) -> MemberState:
@@ -102,7 +108,7 @@ class Membership:
         self.members[name] = member
         for key, sequence in wiring.outputs.items():
             self.published.setdefault(key, {})[name] = sequence
-        self._readers.clear()
+        self._changed()
         self._all_wired = False
         return member
 
@@ -124,7 +130,7 @@ class Membership:
             member.ended.add(name)
             for key in member.on_demand:  # nobody can make any more what has not been opened
                 member.drop(key, name)
-        self._readers.clear()
+        self._changed()
 
     def rewire(self, member: MemberState, wiring: Wiring) -> None:
         """Take a member's new wiring."""
@@ -139,8 +145,12 @@ class Membership:
         for key, sequence in wiring.outputs.items():
             self.published.setdefault(key, {}).setdefault(member.name, sequence)
         member.outputs = set(wiring.outputs)
-        self._readers.clear()
+        self._changed()
         self._all_wired = False
+
+    def _changed(self) -> None:
+        self._readers.clear()
+        self._changes += 1
 
     def unwired(self) -> set[Pair]:
         """Return the connections whose markers have not been seen yet; what is read on demand needs none."""
@@ -188,6 +198,7 @@ class Membership:
             fresh = key not in writer.outputs
             if fresh:
                 writer.outputs.add(key)
+                self._changes += 1
             self.published.setdefault(key, {})[writer.name] = sequence
             for reader, wakes in self.readers(key):
                 pair = (key, writer.name, reader.name)
@@ -203,6 +214,10 @@ class Membership:
 
         None if they are the ones that were returned before.
         """
+        as_of = (self._changes, self.relayed)
+        if member.wanted_as_of == as_of:
+            return None
+        member.wanted_as_of = as_of
         read = [key for key in member.outputs if self.readers(key)]
         wanted = tuple(sorted({*read, *self.relayed} if self.relayed else read))
         if wanted == member.wanted:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from regraft.bus_schema.messages.protocol.clock import CauseCode, ClockTime, RunCause
@@ -41,7 +42,7 @@ class RunReport:
             self.causes.append(RunCause(code, component, now / 1e9, text))
 
     def tell(
-        self, tick: int, now: int, members: list[str], waiting: tuple[str, ...] = (), *, finished: bool = False
+        self, tick: int, now: int, members: Iterable[str], waiting: tuple[str, ...] = (), *, finished: bool = False
     ) -> None:
         """Put the report if it is time; the one of a finished run always."""
         wall = time.monotonic()
@@ -52,7 +53,7 @@ class RunReport:
             tick,
             now,
             self.speed,
-            tuple(members),
+            tuple(sorted(members)),
             waiting,
             self.reproducible,
             tuple(self.dropped),

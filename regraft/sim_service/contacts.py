@@ -1,11 +1,9 @@
 """The robot's contacts."""
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
-
-import mujoco
 
 from regraft.sim_service.layout.scene import Scene
 
@@ -47,10 +45,10 @@ class ContactMonitor:
         self._last_touch: dict[str, float] = {}
         self._events: list[ContactEvent] = []
 
-    def update(self, data: mujoco.MjData, time: float) -> None:
-        """Look at the contacts of the last physics step, at a time (s)."""
+    def update(self, touching: Sequence[Sequence[int]], time: float) -> None:
+        """Look at the contacts of the last physics step, pairs of geoms, at a time (s)."""
         touched = set()
-        for one, other in data.contact.geom.tolist():
+        for one, other in touching:
             if one in self._robot:
                 if other in self._bodies:
                     touched.add(self._bodies[other])

@@ -139,8 +139,9 @@ class Simulation:
 
     def _after_control_period(self) -> None:
         progress = self.progress
+        touching = self._data.contact.geom.tolist()
         for robot in self.robots.values():
-            robot.contacts.update(self._data, progress.time)
+            robot.contacts.update(touching, progress.time)
         for device in self._watching:
             call(device, device.watch)
         if progress.steps % progress.steps_per_tick == 0:

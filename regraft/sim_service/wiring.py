@@ -23,11 +23,11 @@ class _Renamed(Mapping[str, Any]):
     """The world's current values of one device's parameters, by the device's own names."""
 
     def __init__(self, kit: Kit, device: Fitted) -> None:
-        self._kit = kit
+        self._parameters = kit.parameters
         self._names = {short: device.parameter(short) for short in device.declared.parameters}
 
     def __getitem__(self, short: str) -> Any:
-        return self._kit.parameters.values[self._names[short]]
+        return self._parameters.values[self._names[short]]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._names)

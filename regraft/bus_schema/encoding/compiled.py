@@ -31,13 +31,16 @@ from regraft.bus_schema.errors import BadMessage
 
 Convert = Callable[[Any], Any]
 
+SAME = "{v}"
+"""The conversion of a value that travels as it is."""
+
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class _Field:
     """Two Python expressions over the variable ``{v}``: whether the value is as plain as can be, and its conversion."""
 
     test: str
-    value: str = "{v}"
+    value: str = SAME
 
     def test_of(self, variable: str) -> str:
         return self.test.replace("{v}", variable)
@@ -186,20 +189,21 @@ def _nested(shape: Shape, names: _Names, part: Callable[[Shape, _Names], _Field]
     if isinstance(shape, OptionalShape):
         inner = part(shape.item, names)
         test = f"({{v}} is None or {inner.test})" if inner.test else ""
-        return _Field(test, f"(None if {{v}} is None else {inner.value})")
+        return _Field(test, inner.value if inner.value == SAME else f"(None if {{v}} is None else {inner.value})")
     if isinstance(shape, MapShape):
         item = part(shape.item, names)
-        tests = [f"type({{v}}) is dict and all(map({names.add(str.isascii)}, {{v}}))"]
+        inside = f"all(map({names.add(str.isascii)}, {{v}}))"
         if item.test:
-            tests.append(f"all([{item.test_of('item')} for item in {{v}}.values()])")
-        return _Field(" and ".join(tests), f"{{key: {item.value_of('item')} for key, item in {{v}}.items()}}")
+            inside += f" and all([{item.test_of('item')} for item in {{v}}.values()])"
+        value = f"{{key: {item.value_of('item')} for key, item in {{v}}.items()}}"
+        return _Field(f"type({{v}}) is dict and (not {{v}} or {inside})", "{v}.copy()" if item.value == SAME else value)
     if isinstance(shape, TupleShape):
         item = part(shape.item, names)
-        tests = ["type({v}) in (list, tuple)"]
+        test = "type({v}) in (list, tuple)"
         if item.test:
-            tests.append(f"all([{item.test_of('item')} for item in {{v}}])")
-        made = "" if part is _packing else "tuple"
-        return _Field(" and ".join(tests), f"{made}([{item.value_of('item')} for item in {{v}}])")
+            test += f" and (not {{v}} or all([{item.test_of('item')} for item in {{v}}]))"
+        items = "{v}" if item.value == SAME else f"[{item.value_of('item')} for item in {{v}}]"
+        return _Field(test, f"{'list' if part is _packing else 'tuple'}({items})")
     return None
 
 

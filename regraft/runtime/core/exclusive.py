@@ -31,7 +31,7 @@ class Slots:
     @property
     def wanted(self) -> bool:
         """Whether somebody waits for the slot."""
-        return any(not waiting.abandoned for waiting in self._waiters)
+        return bool(self._waiters) and any(not waiting.abandoned for waiting in self._waiters)
 
     def enter(self) -> Future[None]:
         """Return what the slot resolves."""

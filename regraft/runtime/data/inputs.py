@@ -148,7 +148,9 @@ class LiveInput(Generic[M]):
     @property
     def wakes(self) -> bool:
         """Whether a new message is to be handled at once, rather than found when it is looked for."""
-        return self._handle is not None or any(not waiting.abandoned for waiting in self._waiters)
+        if self._handle is not None:
+            return True
+        return bool(self._waiters) and any(not waiting.abandoned for waiting in self._waiters)
 
     def forget_notices(self, sources: Container[str] | None = None) -> None:
         """Drop the notice of a message that nobody can make any more, if it is of these sources; None: of any."""
@@ -304,7 +306,10 @@ class TopicReader:
     @property
     def wakes(self) -> bool:
         """Whether a new sample is to be handled at once."""
-        return any(port.wakes or port.move is not None for port in self.ports)
+        for port in self.ports:  # noqa: SIM110  asked after every step
+            if port.wakes or port.move is not None:
+                return True
+        return False
 
     def _deliver_to_all(self, sample: Sample) -> None:
         for port in self.ports:

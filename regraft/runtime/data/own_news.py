@@ -29,10 +29,11 @@ class OwnNews:
         self._measured: MeasuredQualities | None = None
         self._new_measured: MeasuredQualities | None = None
         self._wanted: Container[str] = ()
+        self._seen: ComponentStatus | None = None
 
     def forget(self) -> None:
         """Take nothing for known: the next receiver may know nothing of this run."""
-        self._state = None
+        self._state = self._seen = None
         self._wanted = ()
 
     def fault(self, status: ComponentStatus, stamp: float, kind: SystemFaultKind, text: str, code: str = "") -> None:
@@ -71,6 +72,9 @@ class OwnNews:
 
     def take(self, status: ComponentStatus) -> SystemNews | None:
         """Return what is new, None if nothing is; it counts as reported from now on."""
+        if status is self._seen and not self._has_more():
+            return None
+        self._seen = status
         state = ComponentState(status.component, status.incarnation, status.state, status.failure)
         told, self._state = self._state, state
         if state == told and not self._has_more():

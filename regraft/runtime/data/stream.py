@@ -204,6 +204,9 @@ class Stream:
 
     def holds(self, frontier: int) -> bool:
         """Return whether everything up to ``frontier`` is here."""
+        start = self.handled or 0
+        if frontier == start + 1:  # as at most steps
+            return frontier in self.waiting
         return self.first_missing(frontier) is None
 
     def first_missing(self, frontier: int) -> int | None:

@@ -75,6 +75,8 @@ class Answering:
 
     def answer_parked(self) -> None:
         """Answer the queries whose wait is over."""
+        if not self.parked:
+            return
         # One by one: what is done after an answer may answer others.
         while (parked := next((p for p in self.parked if p.is_over()), None)) is not None:
             self.parked.remove(parked)

@@ -46,6 +46,7 @@ class DifferentialDrive(Device):
         if self.track <= 0.0:
             raise SceneError(f"{kit.scene.path}: {wheels[0]!r} must stand at larger y in the base than {wheels[1]!r}")
         self._largest_speed = min(_largest_control(kit, wheel) for wheel in wheels)
+        self._timeout = self.timeout
         self._command = Twist2D(0.0, 0.0)
         self._command_time = -math.inf
         self._powered = True
@@ -86,11 +87,10 @@ class DifferentialDrive(Device):
 
     def act(self) -> None:
         """Write the wheel speeds to the actuators: zero once the command is too old."""
-        expired = self.kit.time - self._command_time > self.timeout - 1e-9
+        expired = self.kit.progress.time - self._command_time > self._timeout - 1e-9
         left, right = (0.0, 0.0) if expired else self.wheel_speeds(self._command.v, self._command.w)
-        data = self.kit.data
-        data.ctrl[self._actuators[0]] = left
-        data.ctrl[self._actuators[1]] = right
+        control = self.kit.data.ctrl
+        control[self._actuators[0]], control[self._actuators[1]] = left, right
 
     def snapshot(self) -> dict[str, Any]:
         """Return the last command as plain data."""

@@ -45,34 +45,41 @@ class ProximityRing(Sensor):
         self._sites = [kit.index("site", name) for name in self.sites.split()]
         if not self._sites:
             raise SceneError(f"{kit.name}: the parameter 'sites' must name at least one MJCF site")
+        self._carriers = [int(kit.model.site_bodyid[site]) for site in self._sites]
         angles = np.linspace(-0.5, 0.5, self.rays) * self.opening if self.rays > 1 else np.zeros(1)
+        self._reach, self._rays = self.reach, self.rays
         self._fan = np.stack([np.cos(angles), np.sin(angles), np.zeros(self.rays)], axis=1)
         self._geoms, self._hits = np.empty(self.rays, np.int32), np.empty(self.rays)
 
     def distances(self) -> Distances:
         """Return the true distances (m) now, +inf where nothing is within reach."""
-        return np.array([self._nearest(site) for site in self._sites])
+        data = self.kit.data
+        return np.array(
+            [
+                self._nearest(place, axes.reshape(3, 3), carrier)
+                for place, axes, carrier in zip(
+                    data.site_xpos[self._sites], data.site_xmat[self._sites], self._carriers, strict=True
+                )
+            ]
+        )
 
-    def _nearest(self, site: int) -> float:
-        kit = self.kit
-        rays = self._fan @ kit.data.site_xmat[site].reshape(3, 3).T
+    def _nearest(self, place: Distances, axes: Distances, carrier: int) -> float:
         mujoco.mj_multiRay(
-            kit.model,
-            kit.data,
-            kit.data.site_xpos[site],
-            rays.ravel(),
+            self.kit.model,
+            self.kit.data,
+            place,
+            (self._fan @ axes.T).ravel(),
             None,
             True,
-            int(kit.model.site_bodyid[site]),
+            carrier,
             self._geoms,
             self._hits,
             None,
-            self.rays,
-            self.reach,
+            self._rays,
+            self._reach,
         )
         # MuJoCo's cut-off skips far geoms but does not clip distances, and a miss is -1.
-        met = self._hits[(self._hits >= 0.0) & (self._hits <= self.reach)]
-        return float(met.min()) if met.size else math.inf
+        return min((hit for hit in self._hits.tolist() if 0.0 <= hit <= self._reach), default=math.inf)
 
     def measure(self) -> Proximity:
         """Return the distances with their noise, spoiled by what fails."""

@@ -31,6 +31,8 @@ class Sensor(Device):
     failure = failure_parameter()
 
     _shown: Any = None
+    _packed: tuple[Any, bytes] = (None, b"")
+    """A message, and its bytes: most checkpoints have the same one as the last."""
 
     def measure(self) -> Any:
         """Return a message with what it measures now."""
@@ -43,11 +45,15 @@ class Sensor(Device):
             return
         if failing != FROZEN or self._shown is None:
             self._shown = self.measure()
-        getattr(self, self.measures).publish(replace(self._shown, stamp=self.kit.stamp))
+        shown, stamp = self._shown, self.kit.stamp
+        getattr(self, self.measures).publish(shown if shown.stamp == stamp else replace(shown, stamp=stamp))
 
     def snapshot(self) -> dict[str, Any]:
         """Return the last message."""
-        return {"shown": None if self._shown is None else codec.encode(self._shown)}
+        shown = self._shown
+        if shown is not None and self._packed[0] is not shown:
+            self._packed = (shown, codec.encode(shown))
+        return {"shown": None if shown is None else self._packed[1]}
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Take over the last message."""
