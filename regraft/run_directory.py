@@ -16,6 +16,9 @@ from typing import IO
 
 from regraft.bus.zenoh_config import Endpoints
 
+STEP_SOCKET = "steps.sock"
+"""Where the source of simulated time exchanges steps with the members on its machine."""
+
 LOOKERS_TIMEOUT = 20
 """Hundredths of a second that a lock is tried for: a command that looks whether a system runs holds it for a moment."""
 
@@ -126,7 +129,8 @@ def _no_room(path: Path, error: OSError) -> NoRoom:
 
 def forget_info(system: str) -> None:
     """Report that the system has ended."""
-    (folder(system) / "run.json").unlink(missing_ok=True)
+    for name in ("run.json", STEP_SOCKET):
+        (folder(system) / name).unlink(missing_ok=True)
 
 
 def read_info(system: str) -> RunInfo | None:

@@ -30,16 +30,16 @@ class Inbox:
         self._items: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._lazy: deque[Any] = deque()
         self._returned: deque[Any] = deque()
-        self._alarm = _Alarm(self._items.put)
+        self._alarm = Alarm(self._items.put)
         self.eager = False
-        self.put = self._items.put
+        self.put: Callable[[Any], object] = self._items.put
 
     def put_lazy(self, item: Any) -> None:
         """Put an item that need not be taken before something else is."""
         self._lazy.append(item)
         # A reader that becomes eager takes the lazy items afterwards, so that one of the two sees the other.
         if self.eager:
-            self._items.put(None)
+            self.put(None)
 
     def empty(self) -> bool:
         """Return whether nothing is there."""
@@ -88,7 +88,7 @@ class Inbox:
         return self._lazy.popleft() if item is None and self._lazy else item
 
 
-class _Alarm:
+class Alarm:
     """Puts a None at the earliest of the times (monotonic seconds) that it was set to since it last did.
 
     Its thread starts when it is first set.

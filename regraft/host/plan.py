@@ -21,8 +21,9 @@ class HostPlan:
     """One machine's part of a system.
 
     ``source`` names the time source under simulated time; it listens at ``source_endpoint`` and is the hub nearest to
-    the components. ``secret`` proves that its processes belong to the system. ``folder`` is the system's folder
-    (``regraft.run_directory``), ``stack_folder`` where the stack file is and programs run. ``paths`` has the folders
+    the components. It exchanges steps with them at ``step_socket``. ``secret`` proves that its processes belong to the
+    system. ``folder`` is the system's folder (``regraft.run_directory``), ``stack_folder`` where the stack file is and
+    programs run. ``paths`` has the folders
     on this machine by those on the first host: of stack, system and installed packages. ``references`` has
     the values that components to come may refer to, by robot: see `Stack`. ``faults`` are on the schedule of the run.
     """
@@ -35,6 +36,7 @@ class HostPlan:
     secret: str = field(repr=False)
     source: str | None = None
     source_endpoint: str = ""
+    step_socket: str = ""
     seed: int = 0
     duration: float | None = None
     name: str = LOCAL

@@ -7,11 +7,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
-from typing import TypeVar
 
 from regraft.bus.interface import Closable, Presence, Sample
-from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.management.system import SystemFaultKind
 from regraft.bus_schema.messages.protocol.clock import (
     Ack,
@@ -45,8 +42,6 @@ from regraft.runtime.runtime import Runtime
 MAX_ROUNDS = 32
 RUN_ENDED = "its run has ended"
 
-M = TypeVar("M")
-
 
 class Coordinator:
     """The coordinator's side of the protocol, for one run of the time source."""
@@ -58,7 +53,7 @@ class Coordinator:
         self._runtime = runtime
         self._keys = runtime.keys
         self._inbox = SourceInbox(runtime)
-        self._dispatcher = StepDispatcher(self.membership, self.moment, publisher, runtime.keys, self._inbox)
+        self._dispatcher = StepDispatcher(self.membership, self.moment, publisher, runtime, self._inbox)
         self.report = RunReport(publisher, self._keys.clock("time"))
         self._name = runtime.assignment.name
         if runtime.assignment.incarnation > 1:
@@ -78,13 +73,15 @@ class Coordinator:
         """Listen to members, and be found by them."""
         runtime = self._runtime
         takers: dict[str, Callable[[Sample], None]] = {
-            "join": self._typed(Join, self._joins.take),
-            "ack": self._typed(Ack, self._dispatcher.take_ack),
-            "marker_ack": self._typed(MarkerAck, self._markers.take_ack),
-            "slot_request": self._typed(SlotRequest, self._take_slot_request),
+            "join": self._inbox.opening(Join, self._joins.take),
+            "ack": self._inbox.opening(Ack, self._dispatcher.take_ack),
+            "marker_ack": self._inbox.opening(MarkerAck, self._markers.take_ack),
+            "slot_request": self._inbox.opening(SlotRequest, self._take_slot_request),
         }
         runtime.direct.update({self._keys.clock(part): take for part, take in takers.items()})
         runtime.marker_listeners.append(self._markers.saw)
+        if runtime.assignment.step_socket:
+            self._dispatcher.links.listen(runtime.assignment.step_socket)
         self._declared = [
             *self._admission.declare(),
             *(runtime.bus.subscribe(self._keys.clock(part), runtime.inbox.put) for part in takers),
@@ -92,16 +89,11 @@ class Coordinator:
             runtime.bus.announce(self._keys.clock(f"alive/{runtime.assignment.incarnation}")),
         ]
 
-    def _typed(self, cls: type[M], take: Callable[[M], None]) -> Callable[[Sample], None]:
-        def open_and_take(sample: Sample) -> None:
-            try:
-                take(codec.decode(sample.payload, cls))
-            except BadMessage as error:
-                self._runtime.reporter.refused(sample.key, "a member", str(error))
-
-        return open_and_take
-
     # --- requests of members ---
+
+    def close(self) -> None:
+        """Give no steps any more."""
+        self._dispatcher.links.close()
 
     def _take_slot_request(self, request: SlotRequest) -> None:
         member = self.membership.members.get(request.member)
@@ -109,7 +101,7 @@ class Coordinator:
             member.outside |= self._strangers(request.outside)
 
     def _strangers(self, sources: tuple[str, ...]) -> set[str]:
-        return set(sources) - self.membership.members.keys() - self._joins.pending.keys()
+        return {name for name in sources if name not in self.membership.members and name not in self._joins.pending}
 
     def _presence(self, presence: Presence) -> None:
         name, _, number = presence.key.split("/")[-3:]
@@ -287,7 +279,8 @@ class Coordinator:
     def _wanting(self) -> list[MemberState]:
         self.local.outside = self._strangers(self._runtime.inbound.outsiders())
         self.local.wants_slot = self._runtime.slots.wanted
-        return [member for _, member in sorted(self.membership.members.items()) if member.wants_slot or member.outside]
+        wanting = [member for member in self.membership.members.values() if member.wants_slot or member.outside]
+        return sorted(wanting, key=lambda member: member.name)
 
     def _grant(self, member: MemberState) -> tuple[str, ...]:
         """Let a member hold the slot until it gives it back; returns whose wiring or timing may have changed.
@@ -396,5 +389,4 @@ class Coordinator:
 
     def tell_time(self, waiting: tuple[str, ...] = (), *, finished: bool = False) -> None:
         """Put the time for onlookers, now and then, and once more at the end."""
-        members = sorted(self.membership.members)
-        self.report.tell(self.moment.tick, self.moment.time, members, waiting, finished=finished)
+        self.report.tell(self.moment.tick, self.moment.time, self.membership.members, waiting, finished=finished)

@@ -16,6 +16,7 @@ from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.system_topics import SYSTEM_TOPICS
 from regraft.lockstep.clock_publisher import ClockPublisher
 from regraft.lockstep.exclusive_slot import hold_slot
+from regraft.lockstep.step_links.member_link import MemberLink
 from regraft.lockstep.wiring import ReportedWiring, note_wanted, wiring_of
 from regraft.patience import Patience
 from regraft.runtime.core.clock import SteppedClock
@@ -41,6 +42,7 @@ class Member:
         self._runtime = runtime
         self._clock = clock
         self._publisher = ClockPublisher(runtime.bus)
+        self._link = MemberLink(runtime, self._take_step)
         self._keys = runtime.keys
         self._name = runtime.assignment.name
         self._step: Step | None = None
@@ -66,7 +68,7 @@ class Member:
         runtime = self._runtime
         runtime.take_in = self._shelve
         step_key = self._keys.clock(f"step/{self._name}")
-        runtime.direct[step_key] = self._take_step
+        runtime.direct[step_key] = self._take_sample
         declared = [runtime.bus.subscribe(step_key, runtime.inbox.put)]
         if runtime.assignment.succeeds is None:
             runtime.declare()
@@ -88,6 +90,7 @@ class Member:
             self._request_slot_if_due()
         for closable in declared:
             closable.close()
+        self._link.close()
         self._publisher.close()
 
     def _shelve(self, item: Any) -> None:
@@ -148,9 +151,14 @@ class Member:
 
     # --- steps ---
 
-    def _take_step(self, sample: Sample) -> None:
+    def _take_sample(self, sample: Sample) -> None:
+        """Take a step that came over the bus: the source has no link to this run."""
+        self._link.renew()
+        self._take_step(sample.payload)
+
+    def _take_step(self, payload: bytes) -> None:
         try:
-            step = codec.decode(sample.payload, Step)
+            step = codec.decode(payload, Step)
         except BadMessage as error:
             self._runtime.reporter.refused("step", "coordinator", str(error))
             return
@@ -160,7 +168,7 @@ class Member:
             # The steps of the run between, which this one had handed over to, were not numbered with its own.
             self._stepped_as, self._begun, self._last_ack = step.incarnation, 0, None
         if self._last_ack is not None and step.number == self._last_ack.number:
-            self._publisher.put(self._keys.clock("ack"), self._last_ack)
+            self._answer(self._last_ack)
         elif step.kind is StepKind.WELCOME or step.number > self._begun:
             self._begun = step.number
             self._step = step
@@ -265,7 +273,11 @@ class Member:
             runtime.holds_time,
         )
         self._last_ack = ack
-        self._publisher.put(self._keys.clock("ack"), ack)
+        self._answer(ack)
+
+    def _answer(self, ack: Ack) -> None:
+        if not self._link.send(ack):
+            self._publisher.put(self._keys.clock("ack"), ack)
 
     def _pump_once(self) -> None:
         """Take what arrives, answer control queries, keep the heartbeat."""

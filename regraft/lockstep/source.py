@@ -72,9 +72,12 @@ class SourceLoop:
         reach(runtime, runtime.assignment.state)
         coordinator.moment.time = self._clock.now()
         coordinator.declare()
-        self._wait_for_members(coordinator)
-        coordinator.moment.tick = round(coordinator.moment.time / 1e9 * self._source.tick_rate)
-        self._tick_until_finalized(coordinator)
+        try:
+            self._wait_for_members(coordinator)
+            coordinator.moment.tick = round(coordinator.moment.time / 1e9 * self._source.tick_rate)
+            self._tick_until_finalized(coordinator)
+        finally:
+            coordinator.close()
 
     def _wait_for_members(self, coordinator: Coordinator) -> None:
         again = self._runtime.assignment.incarnation > 1

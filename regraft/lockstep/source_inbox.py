@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import TypeVar
 
+from regraft.bus.interface import Sample
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage
 from regraft.lockstep.member import ASK_TIMEOUT
 from regraft.patience import Patience
 from regraft.runtime.data.inbound import Frontier
@@ -12,12 +16,25 @@ from regraft.runtime.runtime import Runtime
 
 MAX_WAIT = 0.1
 
+M = TypeVar("M")
+
 
 class SourceInbox:
     """Empties the inbox of the source's runtime, on the source's thread."""
 
     def __init__(self, runtime: Runtime) -> None:
         self._runtime = runtime
+
+    def opening(self, cls: type[M], take: Callable[[M], None]) -> Callable[[Sample], None]:
+        """Return what opens members' messages of a class and has them taken; others are reported."""
+
+        def open_and_take(sample: Sample) -> None:
+            try:
+                take(codec.decode(sample.payload, cls))
+            except BadMessage as error:
+                self._runtime.reporter.refused(sample.key, "a member", str(error))
+
+        return open_and_take
 
     def pump(self, timeout: float = MAX_WAIT) -> None:
         """Take what arrives within ``timeout`` seconds, at least what is there."""

@@ -6,12 +6,13 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.clock import Ack, Step, StepKind
 from regraft.lockstep.clock_publisher import ClockPublisher
 from regraft.lockstep.membership import Membership
 from regraft.lockstep.source_inbox import SourceInbox
+from regraft.lockstep.step_links.source_links import SourceLinks
 from regraft.patience import Patience
+from regraft.runtime.runtime import Runtime
 
 STEP_BOUND = 10.0
 """Seconds after which a silent member is dropped: slow is not hung, and a drop changes the run.
@@ -32,20 +33,26 @@ class Moment:
 
 
 class StepDispatcher:
-    """The steps under way, by member."""
+    """The steps under way, by member; over ``links`` where there are some, else over the bus."""
 
     def __init__(
-        self, membership: Membership, moment: Moment, publisher: ClockPublisher, keys: Keys, inbox: SourceInbox
+        self,
+        membership: Membership,
+        moment: Moment,
+        publisher: ClockPublisher,
+        runtime: Runtime,
+        inbox: SourceInbox,
     ) -> None:
         self._membership = membership
         self._moment = moment
         self._publisher = publisher
-        self._keys = keys
+        self._keys = runtime.keys
         self._inbox = inbox
         self._steps: dict[str, Step] = {}
         self._sent: dict[str, float] = {}
         self._takes: dict[str, float] = {}
         self._acks: dict[str, Ack] = {}
+        self.links = SourceLinks(runtime, self.take_ack)
 
     def take_ack(self, ack: Ack) -> None:
         """Take an acknowledgement, if it answers the step that is under way."""
@@ -99,7 +106,8 @@ class StepDispatcher:
             )
             self._steps[name] = step
             self._sent[name] = time.monotonic()
-            self._publisher.put(self._keys.clock(f"step/{name}"), step)
+            if not self.links.send(name, step):
+                self._publisher.put(self._keys.clock(f"step/{name}"), step)
 
     def collect(
         self, names: list[str], *, bounded: bool, ended: Callable[[], bool], late: Callable[[tuple[str, ...]], None]

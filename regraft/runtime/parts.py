@@ -9,6 +9,7 @@ from typing import Any
 
 from regraft.bus.inbox import Inbox
 from regraft.bus.interface import Bus, Sample
+from regraft.bus.socket_inbox import SocketInbox
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.requests import RefusalCode
@@ -42,6 +43,7 @@ class Parts:
 
     Attributes:
         direct: what takes the samples of some keys at once, by key.
+        socket_inbox: the inbox, if it waits for sockets too.
         marker_listeners: called with key, source and stream of every marker.
         tick: the world tick that this component is in, None in real time.
         failing: why the component wants to fail, empty if it does not; ``fail`` then does it between two handlers.
@@ -65,7 +67,8 @@ class Parts:
         self.parameters = parameter_set(cls, assignment.parameters)
         self.declared = declared_for(cls, self.parameters)
         self.identity = Identity(assignment.name, assignment.incarnation, assignment.incarnation)
-        self.inbox = Inbox()
+        self.socket_inbox = SocketInbox() if self.stepped and assignment.step_socket else None
+        self.inbox = self.socket_inbox or Inbox()
         self.take_in: Callable[[Any], object] = self.inbox.put
         self.direct: dict[str, Callable[[Sample], None]] = {}
         self.marker_listeners: list[Callable[[str, str, Stream], None]] = []

@@ -109,6 +109,9 @@ class Runtime(Parts):
 
     def take(self, item: Any) -> None:
         """Take one item from the inbox: a sample, a query, or something to be called on this thread."""
+        if callable(item):
+            item()
+            return
         sample = self.bus.open_sample(item)
         if sample is not None:
             if self.direct and sample.key in self.direct:
@@ -120,8 +123,6 @@ class Runtime(Parts):
         if query is not None:
             self.control.take(query)
             self.fail_if_wanted()
-        elif callable(item):
-            item()
 
     def take_unless_data(self, item: Any) -> None:
         """Take one item from the inbox, but drop a topic's message: markers, requests and queries still count."""

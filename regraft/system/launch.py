@@ -181,6 +181,7 @@ def _plan(stack: Stack, duration: float | None, secret: str) -> HostPlan:
         secret,
         source,
         endpoint_in(folder) if source else "",
+        str(folder / run_directory.STEP_SOCKET) if source else "",
         stack.seed,
         duration,
         references=stack.references,

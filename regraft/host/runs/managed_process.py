@@ -130,6 +130,7 @@ class ManagedProcess:
             checkpoint=self._checkpoint(),
             listen_endpoints=(plan.source_endpoint,) if is_source else (),
             connect_endpoints=connect,
+            step_socket=plan.step_socket,
             members=plan.members() if is_source else (),
             duration=plan.duration if is_source else None,
             faults=tuple(fault for fault in plan.faults if is_source or fault.component == self.spec.name),

@@ -28,7 +28,8 @@ class Assignment:
     ``term`` None means unfenced: a component run alone takes control queries from anybody. ``sensor_streams`` lists the
     topics that drop rather than block. ``members`` (time sources only) are the components to wait for. A run that
     ``succeeds`` another waits, silently, until it is asked to take over. ``secret`` proves to the hub that it belongs
-    to the system. ``lease`` is the path of a file with the time until which it may act; empty: always.
+    to the system. ``step_socket`` is where the source of time exchanges steps with members on its machine (a path;
+    empty: over the bus). ``lease`` is the path of a file with the time until which it may act; empty: always.
     ``handler_timeout`` takes the place of what its class states. ``scope`` is the robot among several whose names the
     component's names are (`regraft.bus_schema.model.robots.scopes`); empty for none. ``faults`` are the component's own
     on the schedule of the run, for time sources all of them.
@@ -51,6 +52,7 @@ class Assignment:
     checkpoint: Snapshot | None = None
     listen_endpoints: tuple[str, ...] = ()
     connect_endpoints: tuple[str, ...] = ()
+    step_socket: str = ""
     members: tuple[str, ...] = ()
     speed: str = "real"
     duration: Seconds | None = None

@@ -1,0 +1,1 @@
+"""Steps and acknowledgements between processes of one machine, past the bus."""
