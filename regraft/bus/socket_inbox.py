@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import select
 import socket
+import threading
 import time
 from collections.abc import Callable
 from typing import Any
@@ -13,15 +14,16 @@ from regraft.bus.inbox import Alarm, Inbox
 
 
 class SocketInbox(Inbox):
-    """Items put by any thread, and what comes on sockets: these are read by the thread that takes the items.
+    """Items put by any thread, and what comes on sockets, which the taker itself reads.
 
-    A thread of its own for each socket would have to be woken, wait for the interpreter, and wake the taker.
+    A thread for each socket would have to be woken, to wait for the interpreter, and to wake the taker.
     """
 
     def __init__(self) -> None:
         """Begin empty, without sockets."""
         super().__init__()
-        self._waits = False
+        self._waits = self._closed = False
+        self._ringing = threading.Lock()
         self._bell = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
         self._poll = select.epoll()
         self._poll.register(self._bell, select.EPOLLIN)
@@ -47,7 +49,7 @@ class SocketInbox(Inbox):
             if then <= time.monotonic():
                 return self._take_now()
             self._alarm.set(then)
-        self._waits = True  # from here on whoever puts something rings
+        self._waits = True  # from here on a put rings
         self._look(None if self._items.empty() else 0.0)
         self._waits = False
         return self._take_now()
@@ -55,13 +57,17 @@ class SocketInbox(Inbox):
     def close(self) -> None:
         """End the alarm, and close the sockets' watch: nobody waits here any more."""
         super().close()
-        self._poll.close()
-        os.close(self._bell)
+        with self._ringing:
+            self._closed = True
+            self._poll.close()
+            os.close(self._bell)
 
     def _put_and_ring(self, item: Any) -> None:
         self._items.put(item)
         if self._waits:
-            os.eventfd_write(self._bell, 1)
+            with self._ringing:  # the taker may have been woken otherwise, and be closing
+                if not self._closed:
+                    os.eventfd_write(self._bell, 1)
 
     def _look(self, timeout: float | None) -> None:
         for descriptor, _ in self._poll.poll(timeout):

@@ -54,5 +54,6 @@ class MemberLink:
         packet = receive(self._link)
         if packet:
             return partial(self._take, packet)
-        self.close()
+        if packet is not None:
+            self.close()
         return None

@@ -29,10 +29,12 @@ def send(end: socket.socket, packet: bytes) -> bool:
     return True
 
 
-def receive(end: socket.socket) -> bytes:
-    """Return the packet that has come, empty if there is none and none will come."""
+def receive(end: socket.socket) -> bytes | None:
+    """Return the packet that has come: None if there is none yet, an empty one at the end of the link."""
     try:
         return end.recv(LARGEST, socket.MSG_DONTWAIT)
+    except BlockingIOError:
+        return None
     except OSError:
         return b""
 

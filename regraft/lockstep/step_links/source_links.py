@@ -77,7 +77,8 @@ class SourceLinks:
         packet = receive(link)
         if packet:
             return partial(self._opened, link, packet)
-        self._end(link)
+        if packet is not None:
+            self._end(link)
         return None
 
     def _opened(self, link: socket.socket, packet: bytes) -> None:

@@ -122,3 +122,23 @@ def test_an_end_that_closes_itself_while_another_is_read_does_no_harm(inbox: Soc
     assert inbox.get(0.02) is None
     for end in (one, first, other, second):
         end.close()
+
+
+def test_whoever_puts_something_may_do_so_while_the_taker_closes() -> None:
+    for _ in range(300):
+        inbox, failures = SocketInbox(), list[BaseException]()
+
+        def put(inbox: SocketInbox = inbox, failures: list[BaseException] = failures) -> None:
+            try:
+                for number in range(20):
+                    inbox.put(number)
+            except OSError as error:
+                failures.append(error)
+
+        putting = threading.Thread(target=put)
+        putting.start()
+        while inbox.get(LONG) != 0:
+            pass
+        inbox.close()
+        putting.join()
+        assert failures == []
