@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
@@ -36,7 +37,7 @@ from regraft.bus_schema.model.adaptation import UnreachedCode
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.hosts.host_state import HostState
 from regraft.bus_schema.model.hosts.offers import with_offers
-from regraft.patience import stretched
+from regraft.patience import Patience, stretched
 
 if TYPE_CHECKING:
     from regraft import Kit
@@ -47,6 +48,10 @@ FIRST = "local"
 """The host that the others joined; it knows the specs of all components, and gives them to hosts that join."""
 DESCRIBED_TIMEOUT = 25.0
 """Seconds that a host may take to describe a component: more than it gives the process that imports the class."""
+
+JUST_JOINED = 2.0
+LOOK_AGAIN_INTERVAL = 0.02
+"""Seconds for which a host that is there is asked again when nobody answers, and between two questions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -269,17 +274,27 @@ class Hosts:
 
     async def describe(self, spec: ComponentSpec) -> DescribedComponent:
         """Ask a component's host what the component would be; raises ControlFailed."""
-        if not self.is_there(spec.host):
-            raise NoAnswer(self.why_not_there(spec.host))
-        asked = self._ask(spec.host, "describe", codec.encode(DescribeComponent(spec)), DESCRIBED_TIMEOUT)
-        return _read(spec.host, "describe", await asked, DescribedComponent)
+        answers = await self._ask_once_it_is_known(spec.host, "describe", codec.encode(DescribeComponent(spec)))
+        return _read(spec.host, "describe", answers, DescribedComponent)
 
     async def estimate(self, host: str, wanted: EstimateQualities) -> EstimatedQualities:
         """Ask a host for the qualities that the classes which it can import estimate; raises ControlFailed."""
-        if not self.is_there(host):
-            raise NoAnswer(self.why_not_there(host))
-        asked = self._ask(host, "estimate", codec.encode(wanted), DESCRIBED_TIMEOUT)
-        return _read(host, "estimate", await asked, EstimatedQualities)
+        answers = await self._ask_once_it_is_known(host, "estimate", codec.encode(wanted))
+        return _read(host, "estimate", answers, EstimatedQualities)
+
+    async def _ask_once_it_is_known(self, host: str, verb: str, payload: bytes) -> list[Answer]:
+        """Ask a host what may be asked twice; raises ControlFailed.
+
+        A host that has just joined is there before the manager's part of the bus knows what it answers.
+        """
+        patience = Patience(JUST_JOINED)
+        while True:
+            if not self.is_there(host):
+                raise NoAnswer(self.why_not_there(host))
+            answers = await self._ask(host, verb, payload, DESCRIBED_TIMEOUT)
+            if answers or patience.is_over():
+                return answers
+            await self._kit.compute(time.sleep, LOOK_AGAIN_INTERVAL)
 
     async def start(
         self, component: str, host: str, resume: bool, *, leave_out: int = 0, afresh: bool = False
