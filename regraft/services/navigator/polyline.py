@@ -23,9 +23,13 @@ def stretch_ahead(path: FloatArray, pose: Pose2D, length: float) -> FloatArray:
     return rest[: int(np.searchsorted(lengths_along(rest), length)) + 1]
 
 
-def points_along(points: FloatArray, distances: FloatArray) -> FloatArray:
-    """Return the points (K, 2) at `distances` (K,) in m along a polyline (N, 2), its end beyond the end."""
-    along = lengths_along(points)
+def points_along(points: FloatArray, distances: FloatArray, along: FloatArray | None = None) -> FloatArray:
+    """Return the points (K, 2) at `distances` (K,) in m along a polyline (N, 2), its end beyond the end.
+
+    `along` (N,) are its `lengths_along`, where they are known.
+    """
+    if along is None:
+        along = lengths_along(points)
     found = np.empty((len(distances), 2))
     found[:, 0] = np.interp(distances, along, points[:, 0])
     found[:, 1] = np.interp(distances, along, points[:, 1])

@@ -8,15 +8,17 @@ period can reach: the forecasts accelerate towards them.
 import math
 from dataclasses import dataclass, field
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
 from regraft.planar import FloatArray, Twist2D
 from regraft.services.navigator.driving.local_controller import TURN_FROM, TURN_UNTIL, Decision, Manoeuvres, Situation
 from regraft.services.navigator.driving.rollouts import Rollouts, candidates, forecast
-from regraft.services.navigator.polyline import points_along, stretch_ahead
+from regraft.services.navigator.polyline import lengths_along, points_along, stretch_ahead
 
 AIM = 0.35  # m along the path: where to look when deciding whether to turn in place first
+AIMED = np.array([AIM])
 SHORTEST = 0.005  # m: the length of a forecast for a robot that is hardly allowed to drive
 # A slow robot has short forecasts, and still looks this far ahead (m): else staying on the path outweighs progress.
 NEAREST_TARGET = 0.2
@@ -53,15 +55,16 @@ class RolloutController:
         """Choose the twist that brings the robot along `path` (N, 2)."""
         length = self.manoeuvres.horizon * now.limits.max_velocity + 2 * AIM
         ahead = now.pose.inward(stretch_ahead(path, now.pose, length))
-        aim = points_along(ahead, np.array([AIM]))[0]
+        along = lengths_along(ahead)
+        aim = points_along(ahead, AIMED, along)[0]
         bearing = math.atan2(aim[1], aim[0])
         if abs(bearing) > (TURN_UNTIL if turning else TURN_FROM):
             turn = self.manoeuvres.turn_by(now, bearing)
             if not turn.blocked:
                 return turn
-        return self._best(now, ahead)
+        return self._best(now, ahead, along)
 
-    def _best(self, now: Situation, ahead: FloatArray) -> Decision:
+    def _best(self, now: Situation, ahead: FloatArray, along: FloatArray) -> Decision:
         doing, greatest = self.manoeuvres, now.limits.max_velocity
         tried = forecast(candidates(now.limits), now.twist, now.limits, doing.horizon, doing.step)
         points = doing.near(now, doing.horizon * greatest + self.weights.close)
@@ -69,12 +72,14 @@ class RolloutController:
         matters = max(self.weights.close, doing.margin + ROOMY) + SLACK
         passed = tried.passed(points, doing.footprint.circumradius + matters)
         gap = doing.required_gap(points)
-        course, change = self._costs(now, tried, ahead)
+        course, change = self._costs(now, tried, ahead, along)
         least = course + change
         order = least.argsort(kind="stable")
         moving = (tried.v > 0.0) | (greatest == 0.0)
         costs = np.full(len(least), np.inf)
-        for chosen in np.split(order, self.portions) if gap == doing.margin else [order]:
+        ends = (*self.portions, len(order)) if gap == doing.margin else (len(order),)
+        for start, end in pairwise((0, *ends)):
+            chosen = order[start:end]
             if np.isfinite(costs[moving]).any() and costs.min() < least[chosen[0]]:
                 break
             closeness = self._closeness(tried.only(chosen), passed, gap, greatest)
@@ -100,11 +105,13 @@ class RolloutController:
         admissible = (nearest >= kept) & (tried.v <= room * greatest + 1e-9)
         return np.where(admissible, weights.closeness * np.maximum(1.0 - nearest / weights.close, 0.0), np.inf)
 
-    def _costs(self, now: Situation, tried: Rollouts, ahead: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _costs(
+        self, now: Situation, tried: Rollouts, ahead: FloatArray, along: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         """Return what each forecast costs by where it leads, and by the change of the turning rate."""
         length = max(self.manoeuvres.horizon * now.limits.max_velocity, SHORTEST)
         aim = max(length, NEAREST_TARGET)
-        line = points_along(ahead, _looked_at(aim))
+        line = points_along(ahead, _looked_at(aim), along)
         target, beyond = line[-2], line[-1]
         # Being next to the target matters less than being short of it. Otherwise the robot prefers a stop before an
         # obstacle to a way around it.

@@ -81,7 +81,7 @@ def forecast(
 ) -> Rollouts:
     """Drive each target (v, w) for `horizon` seconds, accelerating from `current`; a pose every `step`."""
     v, w = targets
-    middle = np.arange(step / 2, horizon, step, dtype=np.float64)
+    middle = _moments(horizon, step)
     reached_v = _ramp(current.v, v, limits.acceleration, middle)
     reached_w = _ramp(current.w, w, limits.turn_acceleration, middle)
     yaw = reached_w.cumsum(axis=1) * step
@@ -89,6 +89,12 @@ def forecast(
     x = (reached_v * np.cos(heading)).cumsum(axis=1) * step
     y = (reached_v * np.sin(heading)).cumsum(axis=1) * step
     return Rollouts(v, w, x, y, yaw)
+
+
+@lru_cache(maxsize=8)
+def _moments(horizon: float, step: float) -> FloatArray:
+    """Return the middles (s) of the steps of a forecast."""
+    return np.arange(step / 2, horizon, step, dtype=np.float64)
 
 
 def in_place(angles: FloatArray) -> Rollouts:
