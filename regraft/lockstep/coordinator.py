@@ -337,6 +337,7 @@ class Coordinator:
         member.holds_time = ack.holds_time
         if ack.error:
             self._fault(ack.member, CauseCode.MESSAGES_LOST, ack.error)
+        self._runtime.inbound.arrive_early(ack.samples)
         self._system.take(ack.news)
         self.membership.advance(member, ack.published)
         if ack.wiring is not None:

@@ -50,6 +50,7 @@ class Member:
         self._stepped_as = self._incarnation
         self._last_ack: Ack | None = None
         self._wiring = ReportedWiring(runtime)
+        self._source_reads: tuple[str, ...] = ()
         self._started = False
         self._configured_to = runtime.state
         self._next_join = 0.0
@@ -211,7 +212,9 @@ class Member:
         runtime.end_goals_of(step.ended)
         if step.wanted is not None:
             note_wanted(runtime, step.wanted)
+            self._source_reads = step.source_reads
             self._news.want([topic for key, topic in self._relayed.items() if key in step.wanted])
+        runtime.inbound.arrive_early(step.samples)
         error = self._wait_for(step)
         self._clock.advance_to(step.time)
         runtime.inbound.release(step.frontier)
@@ -271,6 +274,7 @@ class Member:
             error,
             self._news.take(runtime.reporter.status),
             runtime.holds_time,
+            runtime.writers.newest(key for key in self._source_reads if key in published),
         )
         self._last_ack = ack
         self._answer(ack)

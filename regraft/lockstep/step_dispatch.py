@@ -6,9 +6,10 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from regraft.bus_schema.messages.protocol.clock import Ack, Step, StepKind
+from regraft.bus_schema.messages.protocol.clock import Ack, Frontier, Step, StepKind
+from regraft.bus_schema.messages.protocol.control import ResentSample
 from regraft.lockstep.clock_publisher import ClockPublisher
-from regraft.lockstep.membership import Membership
+from regraft.lockstep.membership import Membership, MemberState
 from regraft.lockstep.source_inbox import SourceInbox
 from regraft.lockstep.step_links.source_links import SourceLinks
 from regraft.patience import Patience
@@ -47,6 +48,8 @@ class StepDispatcher:
         self._moment = moment
         self._publisher = publisher
         self._keys = runtime.keys
+        self._name = runtime.assignment.name
+        self._writers = runtime.writers
         self._inbox = inbox
         self._steps: dict[str, Step] = {}
         self._sent: dict[str, float] = {}
@@ -81,15 +84,18 @@ class StepDispatcher:
     ) -> None:
         """Send each member its step: what it has to handle, or to mark, or whose messages enter from outside.
 
-        The slowest member is sent its step first, since all are waited for.
+        All are waited for. So the slowest is sent its step first, and with it what it would wait for.
         """
-        for name in sorted(kinds, key=lambda name: self._takes.get(name, 0.0), reverse=True):
+        order = sorted(kinds, key=lambda name: self._takes.get(name, 0.0), reverse=True)
+        for name in order:
             kind = kinds[name]
             member = self._membership.members[name]
             member.number += 1
             working = kind is StepKind.STEP
             gone = member.take_gone() if working else ()
             frontier = member.begin_step() if working else {}
+            wanted = self._membership.news_of_wanted(member) if working else None
+            hurried = name == order[0] and self.links.reach(name, member.incarnation)
             step = Step(
                 member.incarnation,
                 member.number,
@@ -99,15 +105,27 @@ class StepDispatcher:
                 self._moment.time,
                 frontier,
                 gone,
-                self._membership.news_of_wanted(member) if working else None,
+                wanted,
                 outside,
                 tuple(sorted((marks or {}).get(name, ()))),
                 member.take_ended() if working else (),
+                self._own_samples(member, frontier) if hurried else {},
+                tuple(key for key in wanted or () if self._source.wakes_on(key) is not None),
             )
             self._steps[name] = step
             self._sent[name] = time.monotonic()
             if not self.links.send(name, step):
                 self._publisher.put(self._keys.clock(f"step/{name}"), step)
+
+    def _own_samples(self, member: MemberState, frontier: Frontier) -> dict[str, ResentSample]:
+        """Return the newest that the source itself has put of what a member has to handle."""
+        own = self._source.name
+        read = (key for key, sources in frontier.items() if own in sources and key not in member.on_demand)
+        return self._writers.newest(read)
+
+    @property
+    def _source(self) -> MemberState:
+        return self._membership.members[self._name]
 
     def collect(
         self, names: list[str], *, bounded: bool, ended: Callable[[], bool], late: Callable[[tuple[str, ...]], None]

@@ -7,7 +7,9 @@ import socket
 import subprocess
 import sys
 from collections import Counter
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -97,6 +99,25 @@ def test_after_the_welcome_no_step_and_no_acknowledgement_passes_the_bus(
 
 def test_a_run_over_links_is_the_one_over_the_bus(path: str) -> None:
     assert _digest(path) == _digest("")
+
+
+def test_a_step_carries_what_the_slowest_would_wait_for_and_an_acknowledgement_what_the_source_reads(
+    path: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    steps: list[Step] = []
+    acks: list[Ack] = []
+
+    def send_and_keep(kept: list[Any], cls: type[Any], link: socket.socket, packet: bytes) -> bool:
+        kept.append(codec.decode(packet, cls))
+        return send(link, packet)
+
+    monkeypatch.setattr(source_links, "send", partial(send_and_keep, steps, Step))
+    monkeypatch.setattr(member_link, "send", partial(send_and_keep, acks, Ack))
+    assert _digest(path) == _digest("")
+    assert {key for step in steps for key in step.samples} == {"steps/topic/position"}
+    pushed = [ack for ack in acks if "steps/topic/push" in ack.published]
+    assert len(pushed) > 100
+    assert all(set(ack.samples) == {"steps/topic/push"} for ack in pushed)
 
 
 def test_members_without_the_socket_are_in_step_with_those_that_have_it(steps: StepSite, path: str) -> None:

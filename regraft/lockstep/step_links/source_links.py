@@ -54,6 +54,10 @@ class SourceLinks:
         incarnation, link = self._links.get(member, (0, None))
         return link is not None and incarnation == step.incarnation and send(link, codec.encode(step))
 
+    def reach(self, member: str, incarnation: int) -> bool:
+        """Return whether there is a link to a run of a member."""
+        return self._links.get(member, (0, None))[0] == incarnation
+
     def close(self) -> None:
         """Admit nobody any more, and end all links."""
         for link in self._open.copy():

@@ -55,6 +55,10 @@ class History:
         self._deferred.clear()
         return newest
 
+    def at(self, place: Place) -> Sent | None:
+        """Return a sample that is kept."""
+        return self._sent.get(place)
+
     def find(self, epoch: int, first: int, last: int) -> list[Sent]:
         """Return what is kept of the sequences ``first`` to ``last`` of an epoch, as much as one answer holds."""
         found: list[Sent] = []

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Container, Iterator
+from collections.abc import Callable, Container, Iterator, Mapping
 from typing import Protocol
 
 from regraft.bus.interface import Sample
 from regraft.bus_schema.encoding.envelope import PLACE, PLACE_ENDS, RUN_ENDS, Envelope, Kind
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.keys import matches
+from regraft.bus_schema.messages.protocol.control import ResentSample
 from regraft.runtime.core.clock import Clock
 from regraft.runtime.data.fetching import notice
 from regraft.runtime.data.repair import Repair
@@ -161,6 +162,11 @@ class Inbound:
         """Continue with a stream at the place of another run of this component."""
         self._known.clear()
         self.streams[key, source] = stream
+
+    def arrive_early(self, samples: Mapping[str, ResentSample]) -> None:
+        """Take samples by key that come on the bus, too: whichever is second is a repeat."""
+        for key, sample in samples.items():
+            self.arrive(Sample(key, sample.payload, sample.attachment, sample.encoding))
 
     def arrive(self, sample: Sample) -> None:
         """Take a sample from the bus."""

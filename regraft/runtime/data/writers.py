@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from threading import get_ident
 
@@ -19,6 +19,9 @@ from regraft.runtime.data.history import Deferred, History, Place
 MATCH_POLL = 0.001
 MATCH_INTERVAL = 0.05
 """Seconds for which an answer counts, where messages are promised: to ask for each took 2 % of the world's time."""
+
+SMALL = 4096
+"""Bytes of a sample that a step or its acknowledgement may carry."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,6 +184,11 @@ class Writer:
         found = self._history.find(*wanted)
         return Resent(tuple(ResentSample(*sent, self.encoding) for sent in found), last)
 
+    def newest(self) -> ResentSample | None:
+        """Return the newest sample, None if it is large, still to be made, or not kept."""
+        sent = self._history.at(self._place) if self._history is not None else None
+        return ResentSample(*sent, self.encoding) if sent is not None and len(sent[0]) <= SMALL else None
+
     def is_making(self, asked: Resend) -> bool:
         """Return whether some of what is asked for has been numbered, and is still to be made."""
         return any(asked.first <= n and (asked.last is None or n <= asked.last) for _, n in self._unmade)
@@ -285,6 +293,15 @@ class Writers:
         """Return whether some of what is asked for is still to be made."""
         writer = self.open_keys.get(asked.key)
         return writer is not None and writer.is_making(asked)
+
+    def newest(self, keys: Iterable[str]) -> dict[str, ResentSample]:
+        """Return the newest samples of keys, without those that are large or still to be made."""
+        found = {}
+        for key in keys:
+            writer = self.open_keys.get(key)
+            if writer is not None and (sample := writer.newest()) is not None:
+                found[key] = sample
+        return found
 
     def mark_all(self) -> None:
         """Report how far the numbering of every key has come whose readers are to get every sample."""

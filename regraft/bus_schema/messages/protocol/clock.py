@@ -8,6 +8,7 @@ from enum import Enum
 from regraft.bus_schema.annotations import Count, Seconds
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.messages.management.system import SystemNews
+from regraft.bus_schema.messages.protocol.control import ResentSample
 
 Frontier = dict[str, dict[str, Count]]
 """Per key and source, the sequence up to which data is to be handled."""
@@ -32,6 +33,9 @@ class Step:
     run has ended, also if another is there by now: what was done for it ends. ``wanted`` (None: unchanged)
     lists the member's output keys that other members read. ``outside`` names sources that are no members, whose
     messages enter in this slot. ``marks`` lists the output keys on which a marker is to be put.
+
+    ``samples`` has, by key, the newest that the source itself has put: they come on the bus, too, perhaps later.
+    ``source_reads``, which comes with ``wanted``, has those of the wanted keys that the source itself reads.
     """
 
     incarnation: Count
@@ -46,6 +50,8 @@ class Step:
     outside: tuple[str, ...] = ()
     marks: tuple[str, ...] = ()
     ended: tuple[str, ...] = ()
+    samples: dict[str, ResentSample] = field(default_factory=dict)
+    source_reads: tuple[str, ...] = ()
 
 
 @message("regraft/Wiring")
@@ -70,6 +76,7 @@ class Ack:
 
     ``wiring`` is sent when it changed. ``touched`` (slots only) names members whose wiring or timing was changed.
     ``news`` is what the member reports of itself, if anything. ``holds_time`` has time stand after this tick.
+    ``samples`` has, by key, the newest that it has put for the source: they come on the bus, too, perhaps later.
     """
 
     member: str
@@ -83,6 +90,7 @@ class Ack:
     error: str = ""
     news: SystemNews | None = None
     holds_time: bool = False
+    samples: dict[str, ResentSample] = field(default_factory=dict)
 
 
 @message("regraft/Join")
