@@ -202,8 +202,8 @@ class Coordinator:
     def run_tick(self, advance: Callable[[], None]) -> None:
         """Let the source advance, then run rounds and slots until the tick is quiet."""
         self.take_in()
-        if (wanted := self.membership.news_of_wanted(self.local)) is not None:
-            note_wanted(self._runtime, wanted)
+        if (wanted := self.membership.news_of_wanted(self.local, self.local)) is not None:
+            note_wanted(self._runtime, wanted[0])
         self._runtime.writers.defers = True
         advance()
         self.local.due = True

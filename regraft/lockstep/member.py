@@ -153,11 +153,10 @@ class Member:
     # --- steps ---
 
     def _take_sample(self, sample: Sample) -> None:
-        """Take a step that came over the bus: the source has no link to this run."""
-        self._link.renew()
-        self._take_step(sample.payload)
+        self._take_step(sample.payload, over_bus=True)
 
-    def _take_step(self, payload: bytes) -> None:
+    def _take_step(self, payload: bytes, *, over_bus: bool = False) -> None:
+        """Take a step. For a new one that comes over the bus the source has no link to this run: it gets another."""
         try:
             step = codec.decode(payload, Step)
         except BadMessage as error:
@@ -168,9 +167,12 @@ class Member:
         if step.incarnation != self._stepped_as:
             # The steps of the run between, which this one had handed over to, were not numbered with its own.
             self._stepped_as, self._begun, self._last_ack = step.incarnation, 0, None
+        is_new = step.kind is StepKind.WELCOME or step.number > self._begun
+        if over_bus and is_new:
+            self._link.renew()
         if self._last_ack is not None and step.number == self._last_ack.number:
             self._answer(self._last_ack)
-        elif step.kind is StepKind.WELCOME or step.number > self._begun:
+        elif is_new:
             self._begun = step.number
             self._step = step
 

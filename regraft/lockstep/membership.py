@@ -10,6 +10,9 @@ from regraft.bus_schema.messages.protocol.clock import Frontier, Wiring
 Pair = tuple[str, str, str]
 """A connection: key, the member that writes it, the member that reads it."""
 
+Wanted = tuple[tuple[str, ...], tuple[str, ...]]
+"""The keys that a member has to write, and those of them that the source of time reads."""
+
 MAX_BACKLOG = 32
 """Advances of its inputs after which a member is stepped although nothing wakes it: until then it holds the data."""
 
@@ -36,7 +39,7 @@ class MemberState:
     outside: set[str] = field(default_factory=set)
     gone: set[str] = field(default_factory=set)
     ended: set[str] = field(default_factory=set)
-    wanted: tuple[str, ...] | None = None
+    wanted: Wanted | None = None
     wanted_as_of: object = None
 
     def succeed(self, incarnation: int) -> None:
@@ -209,17 +212,19 @@ class Membership:
                     reader.backlog += 1
                     reader.due = reader.due or wakes or reader.backlog >= MAX_BACKLOG
 
-    def news_of_wanted(self, member: MemberState) -> tuple[str, ...] | None:
+    def news_of_wanted(self, member: MemberState, source: MemberState) -> Wanted | None:
         """Return the keys of a member's outputs that other members read, and those of the relayed topics.
 
-        None if they are the ones that were returned before.
+        The second ones are those that the ``source`` subscribes to. None if they are those that were returned before.
         """
         as_of = (self._changes, self.relayed)
         if member.wanted_as_of == as_of:
             return None
         member.wanted_as_of = as_of
         read = [key for key in member.outputs if self.readers(key)]
-        wanted = tuple(sorted({*read, *self.relayed} if self.relayed else read))
+        keys = tuple(sorted({*read, *self.relayed} if self.relayed else read))
+        subscribed = (key for key in keys if source.wakes_on(key) is not None and key not in source.on_demand)
+        wanted = (keys, tuple(subscribed))
         if wanted == member.wanted:
             return None
         member.wanted = wanted

@@ -55,7 +55,7 @@ class StepDispatcher:
         self._sent: dict[str, float] = {}
         self._takes: dict[str, float] = {}
         self._acks: dict[str, Ack] = {}
-        self.links = SourceLinks(runtime, self.take_ack)
+        self.links = SourceLinks(runtime, self.take_ack, self._link_lost)
 
     def take_ack(self, ack: Ack) -> None:
         """Take an acknowledgement, if it answers the step that is under way."""
@@ -94,7 +94,8 @@ class StepDispatcher:
             working = kind is StepKind.STEP
             gone = member.take_gone() if working else ()
             frontier = member.begin_step() if working else {}
-            wanted = self._membership.news_of_wanted(member) if working else None
+            news = self._membership.news_of_wanted(member, self._membership.members[self._name]) if working else None
+            wanted, source_reads = news or (None, ())
             hurried = name == order[0] and self.links.reach(name, member.incarnation)
             step = Step(
                 member.incarnation,
@@ -110,7 +111,7 @@ class StepDispatcher:
                 tuple(sorted((marks or {}).get(name, ()))),
                 member.take_ended() if working else (),
                 self._own_samples(member, frontier) if hurried else {},
-                tuple(key for key in wanted or () if self._source.wakes_on(key) is not None),
+                source_reads,
             )
             self._steps[name] = step
             self._sent[name] = time.monotonic()
@@ -119,13 +120,13 @@ class StepDispatcher:
 
     def _own_samples(self, member: MemberState, frontier: Frontier) -> dict[str, ResentSample]:
         """Return the newest that the source itself has put of what a member has to handle."""
-        own = self._source.name
-        read = (key for key, sources in frontier.items() if own in sources and key not in member.on_demand)
+        read = (key for key, sources in frontier.items() if self._name in sources and key not in member.on_demand)
         return self._writers.newest(read)
 
-    @property
-    def _source(self) -> MemberState:
-        return self._membership.members[self._name]
+    def _link_lost(self, name: str) -> None:
+        """Send a step over the bus that may have got lost with the member's link."""
+        if self.awaits(name):
+            self._publisher.put(self._keys.clock(f"step/{name}"), self._steps[name])
 
     def collect(
         self, names: list[str], *, bounded: bool, ended: Callable[[], bool], late: Callable[[tuple[str, ...]], None]

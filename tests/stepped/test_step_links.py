@@ -15,6 +15,7 @@ import pytest
 
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.protocol.clock import Ack, Step, StepKind
+from regraft.lockstep import step_dispatch
 from regraft.lockstep.step_links import member_link, source_links
 from regraft.lockstep.step_links.packets import LARGEST, packet_socket, receive, send
 from tests.stepped.parts import Adviser, Pusher, TinyWorld, Witness
@@ -239,3 +240,23 @@ def test_a_member_does_not_trust_a_socket_that_sends_no_steps(steps: StepSite, p
         ends.append(end)
     listening.close()
     assert steps.wait_finished().reproducible
+
+
+def test_a_step_that_is_lost_with_its_link_comes_over_the_bus_at_once(
+    path: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else a run of a thousand steps would take longer than all waits here."""
+    monkeypatch.setattr(step_dispatch, "STEP_INTERVAL", PATIENCE)
+    counts = Counter[str]()
+
+    def send_and_break(link: socket.socket, packet: bytes) -> bool:
+        counts["sent"] += 1
+        if counts["sent"] % 50 == 0:
+            link.shutdown(socket.SHUT_RDWR)
+            return True
+        return send(link, packet)
+
+    before = _digest("")
+    monkeypatch.setattr(source_links, "send", send_and_break)
+    assert _digest(path) == before
+    assert counts["sent"] > 500

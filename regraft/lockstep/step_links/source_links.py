@@ -22,12 +22,14 @@ class SourceLinks:
     Args:
         runtime: of the source, whose inbox watches the links.
         take: called with each acknowledgement.
+        lost: called with the name of each member whose link has ended.
     """
 
-    def __init__(self, runtime: Runtime, take: Callable[[Ack], object]) -> None:
+    def __init__(self, runtime: Runtime, take: Callable[[Ack], object], lost: Callable[[str], object]) -> None:
         self._reporter = runtime.reporter
         self._inbox = runtime.socket_inbox
         self._take = take
+        self._lost = lost
         self._listening: socket.socket | None = None
         self._open: set[socket.socket] = set()
         self._links: dict[str, tuple[int, socket.socket]] = {}
@@ -60,6 +62,7 @@ class SourceLinks:
 
     def close(self) -> None:
         """Admit nobody any more, and end all links."""
+        self._lost = lambda _: None
         for link in self._open.copy():
             self._end(link)
         if self._listening is not None and self._inbox is not None:
@@ -100,4 +103,6 @@ class SourceLinks:
         self._inbox.forget(link)
         link.close()
         self._open.discard(link)
-        self._links = {name: kept for name, kept in self._links.items() if kept[1] is not link}
+        for name in [name for name, kept in self._links.items() if kept[1] is link]:
+            del self._links[name]
+            self._lost(name)
