@@ -61,6 +61,10 @@ class Inbox:
             if then <= time.monotonic():
                 return self._take_now()
             self._alarm.set(then)
+        return self._wait()
+
+    def _wait(self) -> Any:
+        """Wait for the next item, or for the alarm's None."""
         return self._items.get()
 
     def put_back(self, items: Iterable[Any]) -> None:

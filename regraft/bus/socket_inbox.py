@@ -6,7 +6,6 @@ import os
 import select
 import socket
 import threading
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -41,14 +40,8 @@ class SocketInbox(Inbox):
         if self._ready.pop(end.fileno(), None) is not None:
             self._poll.unregister(end)
 
-    def get_until(self, then: float) -> Any:
-        """Return the next item; None if there is none until ``then`` (monotonic seconds), or earlier."""
-        if self._returned or self._lazy:
-            return self._take_now()
-        if self._alarm.set_to > then:
-            if then <= time.monotonic():
-                return self._take_now()
-            self._alarm.set(then)
+    def _wait(self) -> Any:
+        """Wait for the next item or packet, or for the alarm."""
         self._waits = True  # from here on a put rings
         self._look(None if self._items.empty() else 0.0)
         self._waits = False

@@ -96,7 +96,7 @@ class StepDispatcher:
             frontier = member.begin_step() if working else {}
             news = self._membership.news_of_wanted(member, self._membership.members[self._name]) if working else None
             wanted, source_reads = news or (None, ())
-            hurried = name == order[0] and self.links.reach(name, member.incarnation)
+            hurried = name == order[0] and self.links.reaches(name, member.incarnation)
             step = Step(
                 member.incarnation,
                 member.number,

@@ -56,13 +56,13 @@ class SourceLinks:
         incarnation, link = self._links.get(member, (0, None))
         return link is not None and incarnation == step.incarnation and send(link, codec.encode(step))
 
-    def reach(self, member: str, incarnation: int) -> bool:
+    def reaches(self, member: str, incarnation: int) -> bool:
         """Return whether there is a link to a run of a member."""
         return self._links.get(member, (0, None))[0] == incarnation
 
     def close(self) -> None:
         """Admit nobody any more, and end all links."""
-        self._lost = lambda _: None
+        self._links.clear()  # no step is under way any more that could get lost
         for link in self._open.copy():
             self._end(link)
         if self._listening is not None and self._inbox is not None:
