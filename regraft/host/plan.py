@@ -106,17 +106,22 @@ class HostPlan:
 
 
 def moved(parameters: Mapping[str, PlainValue], folders: Mapping[str, str]) -> dict[str, PlainValue]:
-    """Return parameters with paths in ``folders`` as they are in the folders that these map to; the first match counts.
+    """Return parameters with paths in ``folders`` as they are in the folders that these map to.
+
+    Of folders in each other, the innermost counts.
 
     >>> moved({"file": "/lab/room.xml", "robots": [{"model": "/opt/a.xml"}]}, {"/lab": "/home/lab"})
     {'file': '/home/lab/room.xml', 'robots': [{'model': '/opt/a.xml'}]}
+    >>> moved({"file": "/lab/runs/1/rows.csv"}, {"/lab": "/home/lab", "/lab/runs": "/runs"})
+    {'file': '/runs/1/rows.csv'}
     """
+    innermost_first = sorted(folders, key=len, reverse=True)
 
     def one(value: PlainValue) -> PlainValue:
         if isinstance(value, str):
-            for folder, other in folders.items():
+            for folder in innermost_first:
                 if value == folder or value.startswith(f"{folder}/"):
-                    return other + value[len(folder) :]
+                    return folders[folder] + value[len(folder) :]
         if isinstance(value, list):
             return [one(part) for part in value]
         return moved(value, folders) if isinstance(value, dict) else value

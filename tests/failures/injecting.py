@@ -22,6 +22,7 @@ from regraft.adaptation_manager.targets.context import ExecutionContext
 from tests.failures.parts import LATE
 
 SOON = 0.002
+PLAN = "fault.json"
 HOST_PID = "edge.pid"
 """The file with the process of the second host."""
 
@@ -47,9 +48,21 @@ class Fault:
 
     def prepare(self, folder: Path) -> None:
         """Have it happen in the next adaptation."""
-        plan = folder / "fault.json"
+        plan = folder / PLAN
         plan.with_suffix(".new").write_text(json.dumps(asdict(self)))
         plan.with_suffix(".new").rename(plan)
+
+    def withdraw(self, folder: Path) -> bool:
+        """Have it happen no more; returns whether it has, or is about to."""
+        try:
+            (folder / PLAN).unlink()
+        except FileNotFoundError:
+            return True
+        return False
+
+    @property
+    def kills_host(self) -> bool:
+        return (self.who, self.how) == ("host", "die")
 
 
 class FaultyManager(AdaptationManager):

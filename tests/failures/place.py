@@ -12,6 +12,7 @@ from tests.failures.observing import settled
 from tests.support.hosts import JoinedHost, wait_state
 from tests.support.machine.processes import children_of, exists
 from tests.support.systems import System
+from tests.support.waiting import PATIENCE
 
 
 class Place:
@@ -38,10 +39,10 @@ class Place:
             flags.symlink_to(self.folder / "flags")
 
     def complete(self) -> None:
-        """Have the second host join again if it was killed."""
-        if self.guests and self.guests[0].process.poll() is not None:
-            wait_state(self.system, "edge", HostState.LOST)
-            self._join()
+        """Wait for the end of the second host, which is being killed, and have it join again."""
+        self.guests[0].process.wait(PATIENCE)
+        wait_state(self.system, "edge", HostState.LOST)
+        self._join()
 
     def end(self) -> None:
         """End it all, and see that nothing is left."""

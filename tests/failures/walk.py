@@ -58,9 +58,10 @@ def walk(place: Place, one: Walk) -> Outcome:
     assert not differences, differences
     one.fault.prepare(place.folder)
     report = _ended(system, _adapt(system, AdaptationRequest(one.changes, reason=str(one), key=_key())))
-    (place.folder / "fault.json").unlink(missing_ok=True)
+    happened = one.fault.withdraw(place.folder)
     shutil.rmtree(place.folder / "flags", ignore_errors=True)
-    place.complete()
+    if happened and one.fault.kills_host:
+        place.complete()
     after = settled(system, *place.guests)
     _judge(one, report, before, after)
     assert disagreements(after, architecture(system)) == [], report
