@@ -15,6 +15,7 @@ from regraft.adaptation_manager.journal.fault_lines import FaultLines
 from regraft.adaptation_manager.journal.journal import Journal, JournalError
 from regraft.adaptation_manager.journal.publisher import JournalPublisher
 from regraft.adaptation_manager.journal.reports import pending
+from regraft.adaptation_manager.journal.revisions import architecture_at
 from regraft.adaptation_manager.queue.adaptation_queue import AdaptationQueue, Entry, Prepare
 from regraft.adaptation_manager.queue.startup_gate import StartupGate
 from regraft.adaptation_manager.queue.throttle import TURN, Throttle
@@ -198,7 +199,7 @@ class AdaptationManager(Component):
         current = self._current()
         if wanted.revision in (None, current.revision):
             return current
-        found = self._read(lambda j: j.architecture(wanted.revision))
+        found = self._read(lambda j: architecture_at(j, wanted.revision))
         if found is None:
             why = f"there is no revision {wanted.revision}; the architecture is at {current.revision}"
             raise RequestRefused(why, RefusalCode.NOT_FOUND, field="revision")

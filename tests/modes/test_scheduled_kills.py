@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from regraft.adaptation_manager.journal.journal import Journal
+from regraft.adaptation_manager.journal.revisions import architecture_at
 from tests.modes.stacks import write
 from tests.modes.wholes import whole_modes
 from tests.support.commands import in_home, run
@@ -49,7 +50,7 @@ def test_equal_runs_are_equal_and_no_revision_is_half_a_mode(tmp_path: Path, vic
     assert {line.outcome.value for line in lines} <= {"applied", "rolled_back", "rejected"}
     entered = []
     for revision in sorted({line.revision_after for line in lines}):
-        architecture = journal.architecture(revision)
+        architecture = architecture_at(journal, revision)
         assert architecture is not None
         (whole,) = whole_modes(architecture)
         assert architecture.asked_modes in ({}, {"": whole})

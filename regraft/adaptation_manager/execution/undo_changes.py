@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from regraft.adaptation_manager.journal.revisions import architectures_around
 from regraft.adaptation_manager.planning.modes import unfolded
 from regraft.bus_schema.model.adaptation import (
     APPLIED,
@@ -45,7 +46,7 @@ def undo_of(
     if undone.outcome not in APPLIED:
         problem = f"adaptation {undone.id} is {undone.outcome.value}: only an applied one can be undone"
         return request, (Violation(None, "", "undoes", problem),)
-    before, behind = journal.around(undone)
+    before, behind = architectures_around(journal, undone)
     if before is None or behind is None:
         problem = f"what was before adaptation {undone.id} cannot be read any more: the journal was damaged"
         return request, (Violation(None, "", "undoes", problem),)
@@ -76,7 +77,7 @@ def _standing_undo(adaptation: str, later: Sequence[AdaptationReport]) -> str | 
 def asked_again(undone: str, journal: Journal, now: Architecture) -> dict[str, str]:
     """Return the modes that are asked for once an adaptation is undone: what was before, where nothing is later."""
     report = journal.report(int(undone))
-    before, behind = journal.around(report) if report else (None, None)
+    before, behind = architectures_around(journal, report) if report else (None, None)
     if before is None or behind is None:
         return now.asked_modes
     given = {part for part, mode in behind.asked_modes.items() if before.asked_modes.get(part) != mode}

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from regraft.adaptation_manager.journal.journal import Journal, JournalError
 from regraft.adaptation_manager.journal.opening import Opening, in_force, opened
+from regraft.adaptation_manager.journal.revisions import keep_if_due
 from regraft.adaptation_manager.planning.durations import REMEMBERED, Durations
 from regraft.adaptation_manager.planning.plan import Plan
 from regraft.bus_schema.messages.protocol.host import HostView, JournalEnd
@@ -151,9 +152,11 @@ class ArchitectureStore:
 
     def applied(self, report: AdaptationReport, plan: Plan) -> None:
         """Close an applied adaptation, whose architecture holds from here on; raises JournalError."""
-        self.ready().end(report)
+        journal = self.ready()
+        journal.end(report)
         self.architecture, self.unconfirmed = plan.after, None
         self._gave = int(report.id)
+        self._attempt(lambda: keep_if_due(journal, plan.after))
         if self._durations is not None:
             self._durations.learn(report, plan.steps, plan.after)
 

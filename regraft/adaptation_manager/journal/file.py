@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from regraft.adaptation_manager.journal.damage import Damaged, damaged_rows, set_rows_aside
-from regraft.adaptation_manager.journal.schema import FAULTS, SCHEMA, VERSION
+from regraft.adaptation_manager.journal.schema import LATER_TABLES, SCHEMA, VERSION
 from regraft.adaptation_manager.journal.seals import seal
 from regraft.adaptation_manager.journal.write_back import WriteBack
 
@@ -60,7 +60,7 @@ class JournalFile:
             self.database.executescript(f"BEGIN;{SCHEMA}{term}PRAGMA user_version = {VERSION};COMMIT;")
         elif version != VERSION:
             raise JournalCorrupt(f"the journal {self.path} has version {version}, must be {VERSION}")
-        self.database.execute(FAULTS)
+        self.database.executescript(LATER_TABLES)
         (verdict,) = self.database.execute("PRAGMA quick_check(1)").fetchone()
         if verdict != "ok":
             raise JournalCorrupt(f"the journal {self.path} is damaged: {verdict}")

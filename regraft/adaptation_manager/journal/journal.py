@@ -8,22 +8,20 @@ continues.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 from regraft.adaptation_manager.journal.file import JournalCorrupt, JournalError, JournalFile, set_aside
-from regraft.adaptation_manager.journal.schema import FOLLOWING, LINE, PLAN, RUN, STATE
+from regraft.adaptation_manager.journal.reading import decoded
+from regraft.adaptation_manager.journal.schema import FOLLOWING, LINE, PLAN, STATE
 from regraft.adaptation_manager.journal.seals import Field, is_sealed, seal
 from regraft.adaptation_manager.planning.plan import Plan
 from regraft.adaptation_manager.steps.actions import PlannedStep
 from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.protocol.host import UpdateSpecs
 from regraft.bus_schema.model.adaptation import APPLIED, AdaptationReport, Outcome, StepState
 from regraft.bus_schema.model.architecture import Architecture
-
-M = TypeVar("M")
 
 __all__ = ["Journal", "JournalCorrupt", "JournalError", "OpenLine", "set_aside"]
 
@@ -86,54 +84,6 @@ class Journal(JournalFile):
             database.execute("INSERT OR REPLACE INTO runs VALUES (?, ?, ?)", (*start, seal(*start)))
             self._insert(run, report, UpdateSpecs(report.revision_after))
         self.run = run
-
-    def architecture(self, revision: int | None = None) -> Architecture | None:
-        """Return the architecture at a revision of this run (None: the newest).
-
-        None if there is none, or if a line that led to it is damaged.
-        """
-        for reached in self._replay():
-            if reached is None or reached.revision == revision:
-                return reached
-            newest = reached
-        return newest if revision is None else None
-
-    def around(self, report: AdaptationReport) -> tuple[Architecture | None, Architecture | None]:
-        """Return the architectures before and behind an adaptation of this run, each as `architecture` does."""
-        before = behind = None
-        for reached in self._replay():
-            if reached is None:
-                break
-            if reached.revision == report.revision_before:
-                before = reached
-            if reached.revision == report.revision_after:
-                behind = reached
-                break
-        return before, behind
-
-    def _replay(self) -> Iterator[Architecture | None]:
-        """Yield the run's architectures from its start on; a last None if there is none, or the next is damaged."""
-        with self.told("cannot be read"):
-            start = self.database.execute(f"SELECT {RUN}, seal FROM runs WHERE run = ?", (self.run,)).fetchone()
-            if start is None or not is_sealed(start):
-                yield None
-                return
-            architecture = _decoded(start[1], Architecture)
-            lines = self._rows(
-                f"SELECT {LINE}, seal, {FOLLOWING}, following_seal FROM adaptations "
-                "WHERE run = ? AND revision > ? ORDER BY revision",
-                architecture.revision,
-            )
-            yield architecture
-            for row in lines:
-                line, following = row[:9], row[9:]
-                # A line is read as plain data: to make a report of each took most of the time of a long replay.
-                intact = is_sealed(line) and is_sealed(following)
-                if not intact or codec.unpack_plain(line[7])["revision_before"] != architecture.revision:
-                    yield None
-                    return
-                architecture = _decoded(following[2], UpdateSpecs).applied_to(architecture)
-                yield architecture
 
     # --- adaptations ---
 
@@ -219,7 +169,7 @@ class Journal(JournalFile):
         ).fetchone()
         told = 0
         if found is not None and found[0] == Outcome.CONFIRMING.value and is_sealed(found[1:]):
-            told = _decoded(found[3], UpdateSpecs).revision
+            told = decoded(found[3], UpdateSpecs).revision
         nothing = codec.encode(UpdateSpecs(max(told, report.revision_after)))
         self.database.execute(
             "UPDATE adaptations SET following = ?, following_seal = ? WHERE run = ? AND number = ?",
@@ -258,12 +208,12 @@ class Journal(JournalFile):
             "(SELECT coalesce(max(number), 0) FROM adaptations WHERE run = ? AND revision IS NOT NULL)",
             self.run,
         )
-        return max((_decoded(row[2], UpdateSpecs).revision for row in rows if is_sealed(row)), default=0)
+        return max((decoded(row[2], UpdateSpecs).revision for row in rows if is_sealed(row)), default=0)
 
     def _reports(self, where: str, *values: object) -> list[AdaptationReport]:
         """Return the lines for which ``where`` holds; one that is damaged is set aside."""
         rows = self._rows(f"SELECT {LINE}, seal FROM adaptations WHERE run = ? AND {where}", *values)
-        return [_decoded(row[7], AdaptationReport) for row in self._whole(rows)]
+        return [decoded(row[7], AdaptationReport) for row in self._whole(rows)]
 
     def _whole(self, rows: list[tuple[Any, ...]]) -> list[tuple[Any, ...]]:
         """Return the rows that are as they were written; if others are not, they are looked for and set aside."""
@@ -305,7 +255,7 @@ class Journal(JournalFile):
                 steps = self._planned(row[0], row[1])
                 if is_sealed(row) and None not in steps:
                     planned = tuple(step for step in steps.values() if step is not None)
-                    found.append((_decoded(row[7], AdaptationReport), planned))
+                    found.append((decoded(row[7], AdaptationReport), planned))
         return found
 
     def _planned(self, run: str, number: int) -> dict[int, PlannedStep | None]:
@@ -313,7 +263,7 @@ class Journal(JournalFile):
         rows = self.database.execute(
             f"SELECT {PLAN}, plan_seal FROM steps WHERE run = ? AND number = ? ORDER BY step", (run, number)
         ).fetchall()
-        return {row[2]: _decoded(row[3], PlannedStep) if is_sealed(row) else None for row in rows}
+        return {row[2]: decoded(row[3], PlannedStep) if is_sealed(row) else None for row in rows}
 
     def open_lines(self) -> list[OpenLine]:
         """Return the adaptations that were begun and not ended, newest first."""
@@ -335,7 +285,7 @@ class Journal(JournalFile):
         for step in range(1, len(report.steps) + 1):
             plan, state = planned.get(step), reached.get(step)
             steps.append((plan, state) if plan is not None and state is not None else None)
-        changes = _decoded(following[2], UpdateSpecs) if is_sealed(following) else None
+        changes = decoded(following[2], UpdateSpecs) if is_sealed(following) else None
         return OpenLine(report, changes, tuple(steps))
 
 
@@ -356,11 +306,3 @@ def _line(run: str, report: AdaptationReport) -> tuple[Field, ...]:
 def _revision(report: AdaptationReport) -> int | None:
     """Return the revision that a line gave, None if it gave none."""
     return report.revision_after if report.outcome in APPLIED else None
-
-
-def _decoded(raw: bytes, cls: type[M]) -> M:
-    """Return what a row holds; raises JournalCorrupt if another version of Regraft has written it."""
-    try:
-        return codec.decode(raw, cls)
-    except BadMessage as error:
-        raise JournalCorrupt(f"the journal holds what cannot be read: {error}") from None

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from regraft.adaptation_manager.journal.journal import Journal, JournalCorrupt, OpenLine, set_aside
+from regraft.adaptation_manager.journal.revisions import architecture_at
 from regraft.bus_schema.messages.protocol.host import HostView, JournalEnd, UpdateSpecs
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, StepState
 from regraft.bus_schema.model.architecture import Architecture
@@ -56,7 +57,7 @@ class Opening:
         self.journal.run = run
         for line in reversed(self.journal.open_lines()):
             self._close_if_ended(line)
-        found = self.journal.architecture()
+        found = architecture_at(self.journal)
         if found is None or found.revision < self.end.revision:
             return self._begin(run, lost=True)
         return found

@@ -45,16 +45,23 @@ CREATE TABLE damaged (
 );
 """
 
-FAULTS = """
+LATER_TABLES = """
 CREATE TABLE IF NOT EXISTS faults (
     run TEXT NOT NULL,
     stamp REAL NOT NULL,
     fault BLOB NOT NULL,
     seal BLOB NOT NULL,
     UNIQUE (run, fault)
-)
+);
+CREATE TABLE IF NOT EXISTS architectures (
+    run TEXT NOT NULL,
+    revision INTEGER NOT NULL,
+    architecture BLOB NOT NULL,
+    seal BLOB NOT NULL,
+    PRIMARY KEY (run, revision)
+) WITHOUT ROWID;
 """
-"""Also created in a journal that had begun without it."""
+"""Also created in a journal that had begun without them. ``architectures`` keeps some of the revisions whole."""
 
 CREATE_INDEXES = (
     "CREATE INDEX adaptations_by_key ON adaptations (run, key) WHERE key != ''",
@@ -69,6 +76,7 @@ DROP_INDEXES = (
 SCHEMA = TABLES + "".join(f"{statement};" for statement in CREATE_INDEXES)
 
 RUN = "run, architecture"
+KEPT = "run, revision, architecture"
 LINE = "run, number, key, actor, reason, outcome, revision, report"
 FOLLOWING = "run, number, following"
 STATE = "run, number, step, state"
