@@ -1,6 +1,6 @@
 """The architectures of a run, by revision: the journal's lines are changes, applied one after the other.
 
-Now and then a whole architecture is kept beside the lines. From there on they are applied: to find one revision takes
+Every so many revisions the architecture is kept whole, and lines are applied from there on. To find one revision takes
 as long after a year as after an hour.
 """
 
@@ -64,9 +64,9 @@ def keep_if_due(journal: Journal, architecture: Architecture) -> None:
 
 
 def _replay(journal: Journal, first: int, last: int) -> Iterator[Architecture | None]:
-    """Yield architectures up to revision ``last``, from the last one on that is whole and not after ``first``.
+    """Yield architectures up to revision ``last``, from the last whole one on that is not after ``first``.
 
-    The last is None if there is none, or the next is damaged.
+    It ends with None if there is none, or where a line is damaged.
     """
     with journal.told("cannot be read"):
         architecture = _whole(journal, first)
@@ -91,7 +91,7 @@ def _whole(journal: Journal, first: int) -> Architecture | None:
     if start is None or not is_sealed(start):
         return None
     begun = decoded(start[1], Architecture)
-    # What was kept before a run began again does not lead to what holds now.
+    # Architectures kept before a run began again do not lead to what holds now.
     kept = journal.database.execute(
         f"SELECT {KEPT}, seal FROM architectures WHERE run = ? AND revision > ? AND revision <= ? "
         "ORDER BY revision DESC",
