@@ -41,6 +41,8 @@ from regraft.runtime.runtime import Runtime
 
 MAX_ROUNDS = 32
 RUN_ENDED = "its run has ended"
+RETURN_TIMEOUT = 1.0
+"""Seconds in which the token of a run on another machine may come back: it goes with a broken link, too."""
 
 
 class Coordinator:
@@ -61,6 +63,7 @@ class Coordinator:
         self._admission = Admission(runtime, self._admit, self._release, self._succeed)
         self._joins = JoinRequests(self.membership, self._admission.may_join)
         self._ended_in_slot: set[Run] = set()
+        self._absent: dict[Run, float] = {}
         self._declared: list[Closable] = []
         self._wiring = ReportedWiring(runtime)
         self._system = SystemRelay(runtime, self.membership, self.moment)
@@ -110,11 +113,23 @@ class Coordinator:
         run = (name, int(number))
         if presence.present:
             self._joins.appeared(run)
+            if self._absent.pop(run, None) is not None:
+                self._dispatcher.send_again(name)
             return
         waited = self._joins.vanished(run)
-        self._ended(*run)
+        if self._dispatcher.links.may_be_elsewhere(*run):
+            self._absent[run] = time.monotonic() + RETURN_TIMEOUT
+        else:
+            self._ended(*run)
         for join in waited:
             self._joins.take(join)
+
+    def _end_absent(self) -> None:
+        """End the runs whose tokens have not come back."""
+        now = time.monotonic()
+        for run in sorted(run for run, until in self._absent.items() if until <= now):
+            del self._absent[run]
+            self._ended(*run)
 
     def _ended(self, name: str, incarnation: int) -> None:
         member = self.membership.members.get(name)
@@ -168,6 +183,7 @@ class Coordinator:
 
     def take_in(self) -> None:
         """Take in who asked to join, and wire them; between ticks only."""
+        self._end_absent()
         while self._joins.pending:
             self._welcome(min(self._joins.pending))
         self.wire()
@@ -322,13 +338,17 @@ class Coordinator:
     def _collect(self, names: list[str], *, bounded: bool = True) -> tuple[str, ...]:
         """Wait for members to finish their steps and take the results; returns whom they touched."""
         acks, silent = self._dispatcher.collect(
-            names, bounded=bounded, ended=lambda: self._runtime.state is State.FINALIZED, late=self.tell_time
+            names, bounded=bounded, ended=lambda: self._runtime.state is State.FINALIZED, late=self._is_late
         )
         for name in silent:
             self._drop(name, CauseCode.SILENT, f"no acknowledgement within {STEP_BOUND:g} s")
         for ack in acks:
             self._take_result(ack)
         return tuple(name for ack in acks for name in ack.touched)
+
+    def _is_late(self, waiting: tuple[str, ...]) -> None:
+        self._end_absent()
+        self.tell_time(waiting)
 
     def _take_result(self, ack: Ack) -> None:
         member = self.membership.members[ack.member]

@@ -55,7 +55,7 @@ class StepDispatcher:
         self._sent: dict[str, float] = {}
         self._takes: dict[str, float] = {}
         self._acks: dict[str, Ack] = {}
-        self.links = SourceLinks(runtime, self.take_ack, self._link_lost)
+        self.links = SourceLinks(runtime, self.take_ack, self.send_again)
 
     def take_ack(self, ack: Ack) -> None:
         """Take an acknowledgement, if it answers the step that is under way."""
@@ -123,7 +123,7 @@ class StepDispatcher:
         read = (key for key, sources in frontier.items() if self._name in sources and key not in member.on_demand)
         return self._writers.newest(read)
 
-    def _link_lost(self, name: str) -> None:
+    def send_again(self, name: str) -> None:
         """Send a step over the bus that may have got lost with the member's link."""
         if self.awaits(name):
             self._publisher.put(self._keys.clock(f"step/{name}"), self._steps[name])

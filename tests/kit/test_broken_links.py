@@ -2,61 +2,17 @@
 
 from __future__ import annotations
 
-import socket
 import threading
 from collections.abc import Iterator
-from contextlib import suppress
 
 import pytest
 
 from regraft.bus.interface import BusError, Presence, Publisher
 from regraft.bus.zenoh_bus import ZenohBus, open_bus
 from regraft.bus.zenoh_config import Endpoints
+from tests.support.links import Cable
 from tests.support.machine.ports import free_port
 from tests.support.waiting import wait_until
-
-
-class Cable:
-    """A link through which one session reaches the hub, and which can be cut."""
-
-    def __init__(self, hub: int) -> None:
-        self.plugged = True
-        self._hub = hub
-        self._ends: list[socket.socket] = []
-        self._socket = socket.create_server(("127.0.0.1", 0))
-        self.port = self._socket.getsockname()[1]
-        threading.Thread(target=self._accept, daemon=True).start()
-
-    def _accept(self) -> None:
-        with suppress(OSError):
-            while True:
-                near, _ = self._socket.accept()
-                if not self.plugged:
-                    near.close()
-                    continue
-                far = socket.create_connection(("127.0.0.1", self._hub))
-                self._ends += [near, far]
-                for pair in ((near, far), (far, near)):
-                    threading.Thread(target=_pass_on, args=pair, daemon=True).start()
-
-    def cut(self) -> None:
-        ends, self._ends = self._ends, []
-        for end in ends:
-            with suppress(OSError):
-                end.shutdown(socket.SHUT_RDWR)
-            end.close()
-
-    def close(self) -> None:
-        self.plugged = False
-        self.cut()
-        self._socket.close()
-
-
-def _pass_on(source: socket.socket, target: socket.socket) -> None:
-    with suppress(OSError):
-        while data := source.recv(1 << 16):
-            target.sendall(data)
-        target.shutdown(socket.SHUT_RDWR)
 
 
 @pytest.fixture

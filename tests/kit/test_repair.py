@@ -18,7 +18,8 @@ from regraft.bus_schema.model.lifecycle import State
 from regraft.component.component import class_path
 from regraft.runtime.core.assignment import Assignment
 from regraft.runtime.data.history import MAX_BYTES, MAX_KEPT, History
-from tests.kit.test_broken_links import Cable, cable, hub
+from tests.kit.test_broken_links import cable, hub
+from tests.support.links import Cable
 from tests.support.machine.threads import ComponentThread
 from tests.support.waiting import wait_until
 

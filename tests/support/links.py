@@ -1,9 +1,10 @@
-"""A network link that tests can cut."""
+"""Network links that tests can cut."""
 
 from __future__ import annotations
 
 import socket
 import threading
+from contextlib import suppress
 
 from tests.support.machine.ports import free_port
 
@@ -58,3 +59,46 @@ class Link:
             pass
         for one in (source, sink):
             one.close()
+
+
+class Cable:
+    """A TCP link that closes when it is cut, as one end would close it, and that is made anew."""
+
+    def __init__(self, hub: int) -> None:
+        self.plugged = True
+        self._hub = hub
+        self._ends: list[socket.socket] = []
+        self._socket = socket.create_server(("127.0.0.1", 0))
+        self.port = self._socket.getsockname()[1]
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def _accept(self) -> None:
+        with suppress(OSError):
+            while True:
+                near, _ = self._socket.accept()
+                if not self.plugged:
+                    near.close()
+                    continue
+                far = socket.create_connection(("127.0.0.1", self._hub))
+                self._ends += [near, far]
+                for pair in ((near, far), (far, near)):
+                    threading.Thread(target=_pass_on, args=pair, daemon=True).start()
+
+    def cut(self) -> None:
+        ends, self._ends = self._ends, []
+        for end in ends:
+            with suppress(OSError):
+                end.shutdown(socket.SHUT_RDWR)
+            end.close()
+
+    def close(self) -> None:
+        self.plugged = False
+        self.cut()
+        self._socket.close()
+
+
+def _pass_on(source: socket.socket, target: socket.socket) -> None:
+    with suppress(OSError):
+        while data := source.recv(1 << 16):
+            target.sendall(data)
+        target.shutdown(socket.SHUT_RDWR)

@@ -33,6 +33,7 @@ class SourceLinks:
         self._listening: socket.socket | None = None
         self._open: set[socket.socket] = set()
         self._links: dict[str, tuple[int, socket.socket]] = {}
+        self._linked: dict[str, int] = {}
 
     def listen(self, path: str) -> None:
         """Have members connect at ``path``. Where nobody can listen, they are all reached over the bus."""
@@ -59,6 +60,10 @@ class SourceLinks:
     def reaches(self, member: str, incarnation: int) -> bool:
         """Return whether there is a link to a run of a member."""
         return self._links.get(member, (0, None))[0] == incarnation
+
+    def may_be_elsewhere(self, member: str, incarnation: int) -> bool:
+        """Return whether a run of a member may be on another machine: it has never had a link here."""
+        return self._listening is not None and self._linked.get(member) != incarnation
 
     def close(self) -> None:
         """Admit nobody any more, and end all links."""
@@ -96,6 +101,7 @@ class SourceLinks:
             return
         if link in self._open:
             self._links[ack.member] = (ack.incarnation, link)
+            self._linked[ack.member] = ack.incarnation
         self._take(ack)
 
     def _end(self, link: socket.socket) -> None:
