@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from regraft.bus import interface
 from regraft.bus.inbox import Inbox
 from regraft.bus.interface import Bus, Closable
 from regraft.bus_schema.keys import Keys
@@ -20,6 +21,7 @@ class Presence:
 
     Attributes:
         requirements: how each quality requirement is met, by the key of the query that asks for it.
+        link_renewed: called, on some thread, when a host is there again: the link to it was broken.
     """
 
     def __init__(
@@ -33,6 +35,7 @@ class Presence:
         reporter: StatusReporter,
     ) -> None:
         self.requirements: dict[str, Quality] = {}
+        self.link_renewed: Callable[[], object] = lambda: None
         self._assignment = assignment
         self._bus = bus
         self._keys = Keys(assignment().system)
@@ -44,6 +47,7 @@ class Presence:
         self._declared: list[Closable] = []
         self._token: Closable | None = None
         self._seen_as: int | None = None
+        self._gone_hosts: set[str] = set()
 
     def declare(self) -> None:
         """Appear on the bus: control queries, replies, services, the token, the first status."""
@@ -54,10 +58,19 @@ class Presence:
         self.appear()
 
     def listen_for_control(self) -> None:
-        """Answer the control queries of this incarnation."""
+        """Answer the control queries of this incarnation, and see hosts come back."""
         assignment = self._assignment()
         key = self._keys.control(assignment.name, assignment.incarnation, "*")
         self._declared.append(self._bus.serve(key, self._inbox.put))
+        if not assignment.simulated:  # there, each step has how far to read
+            self._declared.append(self._bus.watch(self._keys.host("*", "alive"), self._see_host))
+
+    def _see_host(self, presence: interface.Presence) -> None:
+        if not presence.present:
+            self._gone_hosts.add(presence.key)
+        elif presence.key in self._gone_hosts:
+            self._gone_hosts.discard(presence.key)
+            self.link_renewed()
 
     def listen_for_replies(self) -> None:
         """Read the replies to this component's requests, under the name by which it asks now."""

@@ -74,7 +74,8 @@ class Runtime(Parts):
             periodic.retime,
         )
         self.fetching.answer = self.control.answer_meanwhile
-        bus.when_renewed(lambda: self.post(self._link_renewed))
+        bus.when_renewed(lambda: self.post(self._session_renewed))
+        self.presence.link_renewed = lambda: self.post(self._mark)
         self.component.__init__()  # type: ignore[misc]
 
     def end_goals_of(self, members: tuple[str, ...]) -> None:
@@ -142,15 +143,17 @@ class Runtime(Parts):
         self.timers.wake_sleepers(now)
         self.work()
 
-    def _link_renewed(self) -> None:
+    def _session_renewed(self) -> None:
         """Make good what the broken link has lost: publish how far all that is written has come, ask for what is read.
 
         In lockstep there is no need: each step has how far to read.
         """
-        if self.stepped:
-            return
+        if not self.stepped:
+            self._mark()
+            self.repair.catch_up(self.inbound.reliable_streams())
+
+    def _mark(self) -> None:
         self.spawn("marking", self._mark_for_a_while())
-        self.repair.catch_up(self.inbound.reliable_streams())
 
     async def _mark_for_a_while(self) -> None:
         """Put markers more than once: until readers are known on the new link, what is put reaches nobody."""

@@ -12,6 +12,7 @@ import sys
 import tempfile
 import time
 from dataclasses import dataclass
+from pathlib import Path
 
 from regraft import Component, Input, Output, Parameter, every, service
 from regraft.bus_schema.annotations import Count, PlainValue
@@ -51,6 +52,19 @@ class Ticker(Component):
 
     def restore(self, state: dict[str, int]) -> None:
         self.count = state["count"]
+
+
+class Ending(Ticker):
+    """Ticks for two seconds, and leaves a file when it has done so."""
+
+    done = Parameter("", "where the file shall be", unit="path")
+
+    @every(hz=50)
+    def tick(self) -> None:
+        if self.count < 100:
+            super().tick()
+        else:
+            Path(self.done).touch()
 
 
 class Plodding(Ticker):
@@ -252,6 +266,23 @@ class Listener(Component):
 
     def snapshot(self) -> dict[str, int]:
         return {"heard": self.heard, "wrong": self.wrong}
+
+
+class Counting(Component):
+    """Says how far the ticks have come."""
+
+    ticks = Input(Tick)
+
+    def __init__(self) -> None:
+        self.last = self.wrong = 0
+
+    @ticks.handler
+    def take(self, tick: Tick) -> None:
+        self.wrong += tick.count <= self.last
+        self.last = tick.count
+
+    def snapshot(self) -> dict[str, int]:
+        return {"last": self.last, "wrong": self.wrong}
 
 
 class DyingTotaller(Totaller):
