@@ -25,11 +25,14 @@ Read = Callable[[PlainValue], Any]
 
 ASK_INTERVAL = 1_000_000_000
 """Nanoseconds of silence after which a request is repeated, under the same number."""
+MAX_UNANSWERED = 30
+"""Repetitions without a reply after which nobody pursues an accepted goal any more."""
 
 
 @dataclass(slots=True, eq=False)
 class PendingRequest:
-    """A request under way. ``heard_at`` (ns) is the time of its latest reply or repetition.
+    """A request under way. ``heard_at`` (ns) is the time of its latest reply or repetition; ``unanswered`` counts the
+    repetitions since its latest reply.
 
     ``read`` and ``read_feedback`` make messages of plain data, or raise BadMessage. Without ``read_feedback``, feedback
     is ignored. ``unoffered`` means that no component offered the service at the last look.
@@ -45,6 +48,7 @@ class PendingRequest:
     outcome: Future[Any] = field(default_factory=Future)
     feedback: Any = None
     unoffered: bool = False
+    unanswered: int = 0
 
     def under(self, verb: Verb) -> Request:
         """Return the request that refers to this one by its number: ``cancel`` or ``result``."""
@@ -104,7 +108,7 @@ class RequestProtocol(ABC):
         pending = self._pending.get(reply.number)
         if pending is None:
             return None
-        pending.heard_at = now
+        pending.heard_at, pending.unanswered = now, 0
         try:
             self._take(pending, reply)
         except BadMessage as error:
@@ -126,20 +130,27 @@ class RequestProtocol(ABC):
             pending.accepted.resolve(None)
 
     def repeat_if_silent(self, pending: PendingRequest, now: int, *, offered: bool = True) -> None:
-        """Ask again after silence, or at once when the service is ``offered`` again."""
+        """Ask again after silence, or at once when the service is ``offered`` again; end a goal that nobody answers."""
         has_come_back = offered and pending.unoffered
         pending.unoffered = not offered
-        if has_come_back or now - pending.heard_at >= ASK_INTERVAL:
-            pending.heard_at = now
-            self.send(pending, pending.under(Verb.RESULT) if pending.accepted.done else pending.request)
+        if not has_come_back and now - pending.heard_at < ASK_INTERVAL:
+            return
+        if pending.accepted.done and pending.unanswered >= MAX_UNANSWERED:
+            why = f"whoever had accepted it is gone: no reply to {MAX_UNANSWERED} questions for its result"
+            self._end_and_cancel(pending, why)
+            return
+        pending.heard_at = now
+        pending.unanswered += 0 if has_come_back else 1
+        self.send(pending, pending.under(Verb.RESULT) if pending.accepted.done else pending.request)
 
     def give_up(self, pending: PendingRequest, *, offered: bool) -> None:
-        """End a request that was not answered within its patience.
-
-        A goal is cancelled, too: a server that takes it late must not pursue it.
-        """
+        """End a request that was not answered within its patience."""
         patience = f"{pending.request.patience:g} s"
         why = f"no answer within {patience}" if offered else f"nobody offers this service (waited {patience})"
+        self._end_and_cancel(pending, why)
+
+    def _end_and_cancel(self, pending: PendingRequest, why: str) -> None:
+        """End a request. A goal is cancelled, too: a server that is late, or comes back, must not pursue it."""
         self.end(pending, CallFailed(pending.service, None, why))
         if pending.request.verb is Verb.GOAL:
             self.send(pending, pending.under(Verb.CANCEL))

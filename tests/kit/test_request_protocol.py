@@ -14,7 +14,7 @@ from regraft import CallFailed
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadKey
 from regraft.bus_schema.messages.protocol.requests import Answer, RefusalCode, Reply, Request, Verb
-from regraft.request_protocol import ASK_INTERVAL, PendingRequest, RequestProtocol, reader
+from regraft.request_protocol import ASK_INTERVAL, MAX_UNANSWERED, PendingRequest, RequestProtocol, reader
 from tests.kit.parts import Number
 
 ENDS = (Answer.RESULT, Answer.CANCELLED, Answer.REFUSED, Answer.FAILED)
@@ -142,6 +142,38 @@ def test_a_goal_is_asked_for_again_after_a_second_of_silence_and_not_earlier(
     assert [request.verb for request in requests.sent] == expected
     assert {request.number for request in requests.sent} == {goal.request.number}
     assert all((request.body is None) is (request.verb is Verb.RESULT) for request in requests.sent)
+
+
+def test_an_accepted_goal_fails_and_is_cancelled_when_nobody_answers_for_its_result() -> None:
+    requests = Asking()
+    goal = requests.goal()
+    requests.reply(goal, Answer.ACCEPTED)
+    for second in range(1, MAX_UNANSWERED + 1):
+        requests.repeat_if_silent(goal, second * ASK_INTERVAL)
+        assert not goal.outcome.done
+    requests.repeat_if_silent(goal, (MAX_UNANSWERED + 1) * ASK_INTERVAL)
+    assert isinstance(goal.outcome.error, CallFailed)
+    assert [request.verb for request in requests.sent[1:]] == [Verb.RESULT] * MAX_UNANSWERED + [Verb.CANCEL]
+    assert requests.under_way() == []
+
+
+def test_a_goal_whose_server_answers_now_and_then_is_waited_for() -> None:
+    requests = Asking()
+    goal = requests.goal()
+    for second in range(10 * MAX_UNANSWERED):
+        if second % MAX_UNANSWERED == 0:
+            requests.reply(goal, Answer.ACCEPTED, now=second * ASK_INTERVAL)
+        requests.repeat_if_silent(goal, second * ASK_INTERVAL)
+    assert not goal.outcome.done
+
+
+def test_a_machine_that_has_slept_gives_up_no_goal_for_that() -> None:
+    requests = Asking()
+    goal = requests.goal()
+    requests.reply(goal, Answer.ACCEPTED)
+    requests.repeat_if_silent(goal, 3600 * ASK_INTERVAL)
+    assert not goal.outcome.done
+    assert requests.sent[-1].verb is Verb.RESULT
 
 
 @given(st.lists(st.booleans(), max_size=12))

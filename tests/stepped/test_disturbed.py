@@ -123,6 +123,18 @@ def test_a_goal_ends_in_step_when_the_run_of_its_client_does(steps: StepSite) ->
     wait_until(lambda: steps.component("walker").ended == ["cancelled"], "the walk to end")
 
 
+def test_a_goal_fails_when_whoever_had_accepted_it_does_not_come_back(steps: StepSite) -> None:
+    steps.start(Walker, "walker")
+    steps.start(Follower, "follower")
+    steps.start_world(TinyWorld, ("follower", "walker"), 3600.0)
+    wait_until(lambda: "walker" in steps.runtimes and steps.runtimes["walker"].servers[0].goals, "a goal")
+    (pending,) = steps.runtimes["follower"].requests.under_way()
+    steps.kill("walker")
+    wait_until(lambda: pending.outcome.done, "the goal to fail")
+    assert isinstance(pending.outcome.error, CallFailed)
+    assert "is gone" in pending.outcome.error.problem
+
+
 def test_a_goal_of_a_client_outside_of_the_clock_ends_with_it(steps: StepSite) -> None:
     steps.start(Walker, "walker")
     steps.start_world(TinyWorld, ("walker",), 3600.0)
