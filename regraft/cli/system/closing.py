@@ -48,7 +48,7 @@ class SummaryAsked:
             with Client(running.bus, running.info.system) as client:
                 for component, service in services.items():
                     found = client.call(service, RunSummaryRequest(), RunSummary, stretched(SUMMARY_TIMEOUT))
-                    self.summaries[component] = found
+                    self.summaries = {**self.summaries, component: found}  # the caller looks at it meanwhile
         except (CallFailed, ClientError, BusError) as error:
             self.problem = str(error)
 

@@ -130,7 +130,7 @@ def test_an_objective_over_rest_is_provided_and_shown_with_those_that_it_require
 
 
 def test_a_tree_has_its_objective_while_its_child_is_at_work(system: System, tmp_path: Path) -> None:
-    load(system, tmp_path, OBJECTIVE.replace("{}", '<Sleep msec="1500"/>'))
+    load(system, tmp_path, OBJECTIVE.replace("{}", '<Sleep msec="4000"/>'))
     wait_until(lambda: board(system).get("realization") == "normal", "the realization")
     (found,) = system.ask("objective", "list")["objectives"]
     assert (found["objective"], found["task"], found["requirements"]) == (
