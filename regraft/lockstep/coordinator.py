@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
+from functools import partial
 
 from regraft.bus.interface import Closable, Presence, Sample
 from regraft.bus_schema.messages.management.system import SystemFaultKind
@@ -23,10 +24,11 @@ from regraft.bus_schema.model.lifecycle import State
 from regraft.lockstep.clock_publisher import ClockPublisher
 from regraft.lockstep.exclusive_slot import hold_slot
 from regraft.lockstep.fault_schedule import FaultSchedule
+from regraft.lockstep.joining.absence import AbsentRuns
 from regraft.lockstep.joining.admission import Admission
 from regraft.lockstep.joining.gathering import wait_for_members
 from regraft.lockstep.joining.join_requests import JoinRequests
-from regraft.lockstep.joining.liveness import Run
+from regraft.lockstep.joining.liveness import Run, run_of
 from regraft.lockstep.markers import Markers
 from regraft.lockstep.member import NOT_COME
 from regraft.lockstep.membership import Membership, MemberState
@@ -41,8 +43,6 @@ from regraft.runtime.runtime import Runtime
 
 MAX_ROUNDS = 32
 RUN_ENDED = "its run has ended"
-RETURN_TIMEOUT = 1.0
-"""Seconds in which the token of a run on another machine may come back: it goes with a broken link, too."""
 
 
 class Coordinator:
@@ -63,13 +63,15 @@ class Coordinator:
         self._admission = Admission(runtime, self._admit, self._release, self._succeed)
         self._joins = JoinRequests(self.membership, self._admission.may_join)
         self._ended_in_slot: set[Run] = set()
-        self._absent: dict[Run, float] = {}
+        self._absent = AbsentRuns()
         self._declared: list[Closable] = []
         self._wiring = ReportedWiring(runtime)
         self._system = SystemRelay(runtime, self.membership, self.moment)
         self._markers = Markers(runtime, self.membership, self._inbox, self._have_marked, self._system.connected)
         scheduled = ScheduledMembers(runtime, self.membership, self._joins, self._system, self._forget)
-        self.faults = FaultSchedule(runtime, scheduled, self._inbox.pump, self._schedule_missed)
+        self.faults = FaultSchedule(
+            runtime, scheduled, self._inbox.pump, partial(self._fault, CauseCode.SCHEDULE_MISSED)
+        )
         self.local = self.membership.add(self._name, runtime.assignment.incarnation, self._wiring.all(), None)
 
     def declare(self) -> None:
@@ -107,28 +109,24 @@ class Coordinator:
         return {name for name in sources if name not in self.membership.members and name not in self._joins.pending}
 
     def _presence(self, presence: Presence) -> None:
-        name, _, number = presence.key.split("/")[-3:]
-        if name == self._name or not (number.isascii() and number.isdecimal()):
+        run = run_of(presence.key)
+        if run is None or run[0] == self._name:
             return
-        run = (name, int(number))
         if presence.present:
             self._joins.appeared(run)
-            if self._absent.pop(run, None) is not None:
-                self._dispatcher.send_again(name)
+            if self._absent.came_back(run):
+                self._dispatcher.send_again(run[0])
             return
         waited = self._joins.vanished(run)
         if self._dispatcher.links.may_be_elsewhere(*run):
-            self._absent[run] = time.monotonic() + RETURN_TIMEOUT
+            self._absent.went(run)
         else:
             self._ended(*run)
         for join in waited:
             self._joins.take(join)
 
     def _end_absent(self) -> None:
-        """End the runs whose tokens have not come back."""
-        now = time.monotonic()
-        for run in sorted(run for run, until in self._absent.items() if until <= now):
-            del self._absent[run]
+        for run in self._absent.take_ended():
             self._ended(*run)
 
     def _ended(self, name: str, incarnation: int) -> None:
@@ -199,19 +197,16 @@ class Coordinator:
 
     def wire(self) -> None:
         """Have every connection confirmed."""
-        self._refresh_local()
+        self._system.open()
+        news = self._wiring.news()
+        if news is not None:
+            self.membership.rewire(self.local, news)
         for key, writer, reader in self._markers.confirm_all():
             why = f"it never saw a marker of {writer} on {key}"
             self.report.note(CauseCode.UNWIRED, reader, self.moment.time, why)
 
     def _have_marked(self, keys: dict[str, set[str]]) -> None:
         self._exchange(dict.fromkeys(keys, StepKind.MARK), keys)
-
-    def _refresh_local(self) -> None:
-        self._system.open()
-        news = self._wiring.news()
-        if news is not None:
-            self.membership.rewire(self.local, news)
 
     # --- ticks ---
 
@@ -237,7 +232,8 @@ class Coordinator:
             due = [name for name in sorted(self.membership.members) if self.membership.members[name].due]
             others = [name for name in due if name != self._name]
             self._dispatcher.send(dict.fromkeys(others, StepKind.STEP), round_number=number)
-            self._flush()
+            self._runtime.writers.defers = False  # the others are at work by now
+            self._runtime.writers.flush()
             if not due:
                 return
             if self._name in due:
@@ -248,11 +244,6 @@ class Coordinator:
         text = f"tick {self.moment.tick} was not quiet after {MAX_ROUNDS} rounds"
         self._runtime.reporter.event("clock.unquiet", text)
 
-    def _flush(self) -> None:
-        """Put what the source's own advance promised; the others have begun their steps."""
-        self._runtime.writers.defers = False
-        self._runtime.writers.flush()
-
     def _step_local(self, number: int) -> None:
         runtime, member = self._runtime, self.local
         runtime.inbound.forget_sources(member.take_gone())
@@ -260,14 +251,14 @@ class Coordinator:
         frontier = member.begin_step()
         if not self._inbox.wait_for_inputs(frontier, Patience(STEP_BOUND)):
             missing = runtime.inbound.missing(frontier)
-            self._fault(self._name, CauseCode.MESSAGES_LOST, f"{NOT_COME}: {missing}")
+            self._fault(CauseCode.MESSAGES_LOST, self._name, f"{NOT_COME}: {missing}")
         runtime.inbound.release(frontier)
         runtime.work()
         if number == 0:
             runtime.fire()
         self._settle()
         if error := runtime.fetching.take_error():
-            self._fault(self._name, CauseCode.MESSAGES_LOST, error)
+            self._fault(CauseCode.MESSAGES_LOST, self._name, error)
         member.next_wake = runtime.timers.next_due()
 
     def _take_local_output(self) -> None:
@@ -286,7 +277,7 @@ class Coordinator:
                 return
             member = wanting[0]
             member.wants_slot = False
-            touched = self._slot_local() if member is self.local else self._grant(member)
+            touched = self._grant(member)
             present = [name for name in touched if name in self.membership.members and name != self._name]
             self._exchange(dict.fromkeys(present, StepKind.REPORT))
             self.wire()
@@ -304,6 +295,8 @@ class Coordinator:
         That is anybody's if the holder died in it.
         """
         outside = tuple(sorted(member.outside))
+        if member is self.local:
+            return hold_slot(self._runtime, outside, self._inbox.pump, self._settle)
         member.outside.clear()
         self._dispatcher.send({member.name: StepKind.SLOT}, outside=outside)
         with self._admission.opened():
@@ -317,10 +310,6 @@ class Coordinator:
             member = self.membership.members.get(name)
             if member is not None and member.incarnation == incarnation:
                 self._drop(name, CauseCode.LEFT, RUN_ENDED)
-
-    def _slot_local(self) -> tuple[str, ...]:
-        outside = tuple(sorted(self.local.outside))
-        return hold_slot(self._runtime, outside, self._inbox.pump, self._settle)
 
     def _settle(self) -> None:
         """Finish all that the source has begun: heavy work takes wall-clock time, but no simulated time."""
@@ -356,17 +345,14 @@ class Coordinator:
         member.wants_slot = ack.wants_slot
         member.holds_time = ack.holds_time
         if ack.error:
-            self._fault(ack.member, CauseCode.MESSAGES_LOST, ack.error)
+            self._fault(CauseCode.MESSAGES_LOST, ack.member, ack.error)
         self._runtime.inbound.arrive_early(ack.samples)
         self._system.take(ack.news)
         self.membership.advance(member, ack.published)
         if ack.wiring is not None:
             self.membership.rewire(member, ack.wiring)
 
-    def _schedule_missed(self, component: str, why: str) -> None:
-        self._fault(component, CauseCode.SCHEDULE_MISSED, why)
-
-    def _fault(self, member: str, code: CauseCode, error: str) -> None:
+    def _fault(self, code: CauseCode, member: str, error: str) -> None:
         self.report.note(code, member, self.moment.time, error)
         self._runtime.reporter.event("clock.fault", f"{member}, tick {self.moment.tick}: {error}")
 

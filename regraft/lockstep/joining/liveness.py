@@ -12,6 +12,12 @@ MAX_EARLY = 1000
 Run = tuple[str, int]
 
 
+def run_of(token: str) -> Run | None:
+    """Return the run whose liveliness token has this key, None if no run has it."""
+    name, _, number = token.split("/")[-3:]
+    return (name, int(number)) if number.isascii() and number.isdecimal() else None
+
+
 class LivenessTracker:
     """The tokens that are there, and the joins that came too early: before their run's token, or while the run that
     is the member lives. A forged one waits for ever.
