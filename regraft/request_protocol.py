@@ -26,13 +26,13 @@ Read = Callable[[PlainValue], Any]
 ASK_INTERVAL = 1_000_000_000
 """Nanoseconds of silence after which a request is repeated, under the same number."""
 MAX_UNANSWERED = 30
-"""Repetitions without a reply after which nobody pursues an accepted goal any more."""
+"""Repetitions without a reply after which an accepted goal counts as lost: nobody offers its service."""
 
 
 @dataclass(slots=True, eq=False)
 class PendingRequest:
     """A request under way. ``heard_at`` (ns) is the time of its latest reply or repetition; ``unanswered`` counts the
-    repetitions since its latest reply.
+    repetitions since its latest reply that nobody was seen to get.
 
     ``read`` and ``read_feedback`` make messages of plain data, or raise BadMessage. Without ``read_feedback``, feedback
     is ignored. ``unoffered`` means that no component offered the service at the last look.
@@ -129,29 +129,34 @@ class RequestProtocol(ABC):
         elif pending.request.verb is Verb.GOAL:
             pending.accepted.resolve(None)
 
-    def repeat_if_silent(self, pending: PendingRequest, now: int, *, offered: bool = True) -> None:
-        """Ask again after silence, or at once when the service is ``offered`` again; end a goal that nobody answers."""
-        has_come_back = offered and pending.unoffered
-        pending.unoffered = not offered
+    def repeat_if_silent(self, pending: PendingRequest, now: int, *, offered: bool | None = None) -> None:
+        """Ask again after silence, or at once when the service is ``offered`` again; end a goal that nobody pursues.
+
+        Silence of who offers the service is no loss: it is in a long step, or time stands. ``offered`` is None where
+        that is not known.
+        """
+        has_come_back = offered is True and pending.unoffered
+        pending.unoffered = offered is False
         if not has_come_back and now - pending.heard_at < ASK_INTERVAL:
             return
         if pending.accepted.done and pending.unanswered >= MAX_UNANSWERED:
             why = f"whoever had accepted it is gone: no reply to {MAX_UNANSWERED} questions for its result"
-            self._end_and_cancel(pending, why)
+            self._end_and_cancel(pending, Answer.ACCEPTED, why)
             return
         pending.heard_at = now
-        pending.unanswered += 0 if has_come_back else 1
+        if not offered:
+            pending.unanswered += 1
         self.send(pending, pending.under(Verb.RESULT) if pending.accepted.done else pending.request)
 
     def give_up(self, pending: PendingRequest, *, offered: bool) -> None:
         """End a request that was not answered within its patience."""
         patience = f"{pending.request.patience:g} s"
         why = f"no answer within {patience}" if offered else f"nobody offers this service (waited {patience})"
-        self._end_and_cancel(pending, why)
+        self._end_and_cancel(pending, None, why)
 
-    def _end_and_cancel(self, pending: PendingRequest, why: str) -> None:
+    def _end_and_cancel(self, pending: PendingRequest, answer: Answer | None, why: str) -> None:
         """End a request. A goal is cancelled, too: a server that is late, or comes back, must not pursue it."""
-        self.end(pending, CallFailed(pending.service, None, why))
+        self.end(pending, CallFailed(pending.service, answer, why))
         if pending.request.verb is Verb.GOAL:
             self.send(pending, pending.under(Verb.CANCEL))
 

@@ -38,7 +38,7 @@ class CallFailed(Exception):
 
     Attributes:
         service: the service or action.
-        answer: what the reply is; None without a reply.
+        answer: what the reply is; ``accepted`` for a goal that was lost after that, None without a reply.
         why: the reason, for people; it begins with the field at fault.
         problem: the reason without the field.
         code: the reason of a refusal, for programs; None otherwise.

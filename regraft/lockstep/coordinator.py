@@ -207,6 +207,7 @@ class Coordinator:
 
     def _have_marked(self, keys: dict[str, set[str]]) -> None:
         self._exchange(dict.fromkeys(keys, StepKind.MARK), keys)
+        self._end_absent()
 
     # --- ticks ---
 
@@ -327,7 +328,7 @@ class Coordinator:
     def _collect(self, names: list[str], *, bounded: bool = True) -> tuple[str, ...]:
         """Wait for members to finish their steps and take the results; returns whom they touched."""
         acks, silent = self._dispatcher.collect(
-            names, bounded=bounded, ended=lambda: self._runtime.state is State.FINALIZED, late=self._is_late
+            names, bounded=bounded, ended=lambda: self._runtime.state is State.FINALIZED, late=self._while_late
         )
         for name in silent:
             self._drop(name, CauseCode.SILENT, f"no acknowledgement within {STEP_BOUND:g} s")
@@ -335,7 +336,7 @@ class Coordinator:
             self._take_result(ack)
         return tuple(name for ack in acks for name in ack.touched)
 
-    def _is_late(self, waiting: tuple[str, ...]) -> None:
+    def _while_late(self, waiting: tuple[str, ...]) -> None:
         self._end_absent()
         self.tell_time(waiting)
 

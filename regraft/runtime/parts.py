@@ -97,7 +97,14 @@ class Parts:
         }
         self.servers = [self._server(name) for name in self.declared.services]
         self.presence = Presence(
-            lambda: self.assignment, bus, self.inbox, self.inbound, self.requests, self.servers, self.reporter
+            lambda: self.assignment,
+            bus,
+            self.inbox,
+            self.inbound,
+            self.requests,
+            self.servers,
+            self.reporter,
+            stepped=self.stepped,
         )
 
     def _inbound(self) -> Inbound:

@@ -33,6 +33,8 @@ class Presence:
         requests: RequestClient,
         servers: list[Server],
         reporter: StatusReporter,
+        *,
+        stepped: bool,
     ) -> None:
         self.requirements: dict[str, Quality] = {}
         self.link_renewed: Callable[[], object] = lambda: None
@@ -44,6 +46,7 @@ class Presence:
         self._requests = requests
         self._servers = servers
         self._reporter = reporter
+        self._stepped = stepped
         self._declared: list[Closable] = []
         self._token: Closable | None = None
         self._seen_as: int | None = None
@@ -52,17 +55,21 @@ class Presence:
     def declare(self) -> None:
         """Appear on the bus: control queries, replies, services, the token, the first status."""
         self.listen_for_control()
+        self.watch_hosts()
         self.listen_for_replies()
         self.listen_for_requests()
         self._reporter.update(revision=self._assignment().revision)
         self.appear()
 
     def listen_for_control(self) -> None:
-        """Answer the control queries of this incarnation, and see hosts come back."""
+        """Answer the control queries of this incarnation."""
         assignment = self._assignment()
         key = self._keys.control(assignment.name, assignment.incarnation, "*")
         self._declared.append(self._bus.serve(key, self._inbox.put))
-        if not assignment.simulated:  # there, each step has how far to read
+
+    def watch_hosts(self) -> None:
+        """See hosts come back. In lockstep there is no need: each step has how far to read."""
+        if not self._stepped:
             self._declared.append(self._bus.watch(self._keys.host("*", "alive"), self._see_host))
 
     def _see_host(self, presence: interface.Presence) -> None:

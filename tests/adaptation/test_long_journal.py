@@ -92,6 +92,12 @@ def test_an_undo_reads_no_line_before_the_last_whole_architecture(system: System
     assert system.view("listener").parameters["gain"] == (LAST - 1) / 100
 
 
+@pytest.mark.parametrize("revision", [2**62, 2**63, 2**64 - 1])
+def test_a_revision_that_can_never_be_is_not_found(system: System, revision: int) -> None:
+    with pytest.raises(CallFailed, match=f"no revision {revision}"):
+        _at(system, revision)
+
+
 def test_a_damaged_line_hides_what_leads_on_from_it_up_to_the_next_whole_architecture(system: System) -> None:
     _lengthen(system)
     _damage_line(system, 12)

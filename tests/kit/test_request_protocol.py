@@ -153,6 +153,7 @@ def test_an_accepted_goal_fails_and_is_cancelled_when_nobody_answers_for_its_res
         assert not goal.outcome.done
     requests.repeat_if_silent(goal, (MAX_UNANSWERED + 1) * ASK_INTERVAL)
     assert isinstance(goal.outcome.error, CallFailed)
+    assert goal.outcome.error.answer is Answer.ACCEPTED
     assert [request.verb for request in requests.sent[1:]] == [Verb.RESULT] * MAX_UNANSWERED + [Verb.CANCEL]
     assert requests.under_way() == []
 
@@ -164,6 +165,15 @@ def test_a_goal_whose_server_answers_now_and_then_is_waited_for() -> None:
         if second % MAX_UNANSWERED == 0:
             requests.reply(goal, Answer.ACCEPTED, now=second * ASK_INTERVAL)
         requests.repeat_if_silent(goal, second * ASK_INTERVAL)
+    assert not goal.outcome.done
+
+
+def test_a_goal_is_waited_for_while_somebody_offers_its_service() -> None:
+    requests = Asking()
+    goal = requests.goal()
+    requests.reply(goal, Answer.ACCEPTED)
+    for second in range(10 * MAX_UNANSWERED):
+        requests.repeat_if_silent(goal, second * ASK_INTERVAL, offered=True)
     assert not goal.outcome.done
 
 

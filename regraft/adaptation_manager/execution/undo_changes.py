@@ -177,8 +177,9 @@ def conflicts(
             given, current = _which(behind, component), _which(now, component)
         if given == current:
             continue
+        by = f"adaptation {', '.join(others)}" if others else "an adaptation whose line is damaged"
         problem = (
-            f"was changed again by adaptation {', '.join(others)}: it is {current!r}, "
+            f"was changed again by {by}: it is {current!r}, "
             f"adaptation {report.id} gave {given!r}; undo the later one first"
         )
         found.append(Violation(None, component, where, problem))

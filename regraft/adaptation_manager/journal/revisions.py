@@ -7,6 +7,7 @@ as long after a year as after an hour.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from regraft.adaptation_manager.journal.reading import decoded
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 KEEP_EVERY = 100
 """Revisions after which an architecture is kept whole: to apply so many lines takes some 10 ms."""
 NEWEST = 2**62
+"""Above every revision; SQLite knows no numbers from twice as many on."""
 
 
 def architecture_at(journal: Journal, revision: int | None = None) -> Architecture | None:
@@ -30,6 +32,8 @@ def architecture_at(journal: Journal, revision: int | None = None) -> Architectu
 
     None if there is none, or if a line that leads to it is damaged.
     """
+    if revision is not None and revision > NEWEST:
+        return None
     newest, wanted = None, NEWEST if revision is None else revision
     for reached in _replay(journal, wanted, wanted):
         if reached is None or reached.revision == revision:
@@ -98,7 +102,18 @@ def _whole(journal: Journal, first: int) -> Architecture | None:
         (journal.run, begun.revision, first),
     )
     whole = next((row for row in kept if is_sealed(row)), None)
-    return decoded(whole[2], Architecture) if whole is not None else begun
+    return _as_replayed(decoded(whole[2], Architecture), begun) if whole is not None else begun
+
+
+def _as_replayed(kept: Architecture, begun: Architecture) -> Architecture:
+    """Return a kept architecture with only that taken from it which lines change; hosts may have joined meanwhile."""
+    return replace(
+        begun,
+        components=kept.components,
+        topics=kept.topics,
+        asked_modes=kept.asked_modes,
+        revision=kept.revision,
+    )
 
 
 def _followed(architecture: Architecture, row: tuple[Any, ...]) -> Architecture | None:

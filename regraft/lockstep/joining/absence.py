@@ -2,32 +2,30 @@
 
 from __future__ import annotations
 
-import time
-
 from regraft.lockstep.joining.liveness import Run
+from regraft.patience import Patience
 
 RETURN_TIMEOUT = 1.0
 """Seconds in which the token of a run on another machine may come back."""
 
 
 class AbsentRuns:
-    """The runs that may come back, each with its deadline (monotonic seconds)."""
+    """The runs that may come back, each with the time that is left for it."""
 
     def __init__(self) -> None:
-        self._until: dict[Run, float] = {}
+        self._left: dict[Run, Patience] = {}
 
     def went(self, run: Run) -> None:
         """Note that a run's token has gone."""
-        self._until[run] = time.monotonic() + RETURN_TIMEOUT
+        self._left[run] = Patience(RETURN_TIMEOUT)
 
     def came_back(self, run: Run) -> bool:
         """Note that a run's token is there; returns whether it had gone."""
-        return self._until.pop(run, None) is not None
+        return self._left.pop(run, None) is not None
 
     def take_ended(self) -> list[Run]:
         """Return the runs that have not come back in time, once each."""
-        now = time.monotonic()
-        ended = sorted(run for run, until in self._until.items() if until <= now)
+        ended = sorted(run for run, left in self._left.items() if left.is_over())
         for run in ended:
-            del self._until[run]
+            del self._left[run]
         return ended

@@ -62,7 +62,7 @@ class SourceLinks:
         return self._links.get(member, (0, None))[0] == incarnation
 
     def may_be_elsewhere(self, member: str, incarnation: int) -> bool:
-        """Return whether a run of a member may be on another machine: it has never had a link here."""
+        """Return whether a run of a member may be on another machine: it has never had a link to this source."""
         return self._listening is not None and self._linked.get(member) != incarnation
 
     def close(self) -> None:

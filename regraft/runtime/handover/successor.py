@@ -62,6 +62,7 @@ class Successor:
         parts = self._parts
         self._standing.step_aside()
         parts.presence.listen_for_control()
+        parts.presence.watch_hosts()
         parts.reporter.update(revision=parts.assignment.revision)
         ask = Handover(HandoverStep.PREPARE, parts.assignment.incarnation)
         self._ask(self._succession.incarnation, ask, PREPARE_TIMEOUT, self._prepared)

@@ -117,7 +117,9 @@ class RequestClient(RequestProtocol):
         if now >= deadline and not pending.accepted.done:
             self.give_up(pending, offered=self._writer(pending.service).matched)
             return
-        self.repeat_if_silent(pending, now)
+        # In lockstep it would depend on the machine when a service is seen to be offered.
+        offered = None if self._writers.lockstep else self._writer(pending.service).matched
+        self.repeat_if_silent(pending, now, offered=offered)
         self._watch(pending, deadline)
 
     # --- as a consumer of replies ---

@@ -60,8 +60,8 @@ class ServerAction(ServerLeaf):
         if error.answer is Answer.CANCELLED:
             return self.done()
         super().unanswered(error)
-        lost = error.answer is None
-        code = REJECTED if error.answer is Answer.REFUSED else NOT_SENT if lost else self.unknown
+        not_sent = error.answer is None
+        code = REJECTED if error.answer is Answer.REFUSED else NOT_SENT if not_sent else self.unknown
         return self.aborted(code, str(error))
 
     def ended(self, answer: Any) -> Status:
