@@ -50,7 +50,7 @@ DESCRIBED_TIMEOUT = 25.0
 """Seconds that a host may take to describe a component: more than it gives the process that imports the class."""
 
 JUST_JOINED = 2.0
-LOOK_AGAIN_INTERVAL = 0.02
+ASK_AGAIN_INTERVAL = 0.02
 """Seconds for which a host that is there is asked again when nobody answers, and between two questions."""
 
 
@@ -294,7 +294,7 @@ class Hosts:
             answers = await self._ask(host, verb, payload, DESCRIBED_TIMEOUT)
             if answers or patience.is_over():
                 return answers
-            await self._kit.compute(time.sleep, LOOK_AGAIN_INTERVAL)
+            await self._kit.compute(time.sleep, ASK_AGAIN_INTERVAL)
 
     async def start(
         self, component: str, host: str, resume: bool, *, leave_out: int = 0, afresh: bool = False
