@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import pytest
 
 from regraft import Component, Input, Output, every
+from regraft.bus.memory_bus import MemoryBus, MemoryHub, MemoryQuery
 from regraft.bus.zenoh_bus import ZenohBus, open_bus
 from regraft.bus.zenoh_config import Endpoints
 from regraft.bus_schema.annotations import Count
+from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.protocol.control import Resent
 from regraft.bus_schema.model.lifecycle import State
 from regraft.component.component import class_path
 from regraft.runtime.core.assignment import Assignment
 from regraft.runtime.data.history import MAX_BYTES, MAX_KEPT, History
+from regraft.runtime.data.repair import CATCH_UP_ROUNDS, Repair
+from regraft.runtime.data.stream import Stream
 from tests.kit.test_broken_links import cable, hub
 from tests.support.links import Cable
 from tests.support.machine.threads import ComponentThread
@@ -193,3 +199,27 @@ def test_a_history_is_bounded_and_gives_what_it_has() -> None:
         history.keep((3, n), bytes(MAX_BYTES), attachment)
     assert len(history.find(3, 1, 3)) == 1, "one answer is bounded, but holds one sample"
     assert Envelope.from_bytes(history.find(3, 1, 3)[0][1]).sequence == 2, "the last two are kept, however large"
+
+
+def test_writers_that_have_gone_keep_nobody_waiting_for_what_others_have_put() -> None:
+    hub = MemoryHub()
+    asking, answering = MemoryBus(hub), MemoryBus(hub)
+    posted: list[Callable[[], object]] = []
+    repair = Repair(asking, Keys(SYSTEM), "keeper", posted.append)
+    asked_of: list[str] = []
+    for name in ("gone", "living"):
+        answering.serve(Keys(SYSTEM).control(name, 1, "resend"), partial(_answer, asked_of, name))
+    key = Keys(SYSTEM).topic("numbers")
+    repair.catch_up({(key, name): Stream(incarnation=1, handled=0) for name in ("gone", "living")})
+    wait_until(lambda: asked_of.count("gone") == CATCH_UP_ROUNDS, "the last question")
+    assert asked_of[:2] == ["gone", "living"]
+    assert asked_of.count("living") == 1
+    assert len(posted) == 1
+
+
+def _answer(asked_of: list[str], name: str, query: MemoryQuery) -> None:
+    asked_of.append(name)
+    if name == "living":
+        query.reply(codec.encode(Resent()))
+    else:
+        query.answered.set()  # as one that nobody gets

@@ -19,13 +19,15 @@ from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.bus_schema.errors import BadMessage, SchemaError
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.control import Resend, Resent
-from regraft.patience import Patience
+from regraft.patience import Patience, stretched
 from regraft.runtime.data.stream import Stream
 
 ANSWER_TIMEOUT = 1.0
 RETRY_INTERVAL = 0.25
 NO_WRITER_TIMEOUT = 1.0
 """Seconds for which a writer that is not reached is tried: its link may be being opened again."""
+CATCH_UP_ROUNDS = 4
+"""How often writers are asked for what was lost with a link: a writer that has gone keeps nobody waiting."""
 GIVE_UP_TIMEOUT = 6.0
 """Seconds after which a writer that is there and does not answer is given up: it may be in a long step."""
 REST = 5.0
@@ -153,18 +155,20 @@ class Repair:
         threading.Thread(target=self._ask_all, args=(questions,), name="catch-up", daemon=True).start()
 
     def _ask_all(self, questions: list[tuple[Pair, str, bytes]]) -> None:
-        for pair, key, asked in questions:
-            for answer in self._answers(key, asked)[:1]:
-                self._post(partial(self._arrived, pair, self._resent(pair, answer)))
+        """Ask all of them, and again who did not answer: the writer's link may be broken, too, or it has gone."""
+        pause = threading.Event()
+        for _ in range(CATCH_UP_ROUNDS):
+            questions = [question for question in questions if not self._is_answered(*question)]
+            if not questions:
+                return
+            pause.wait(stretched(RETRY_INTERVAL))
 
-    def _answers(self, key: str, asked: bytes) -> list[Answer]:
-        """Ask until there is an answer, or its writer counts as gone: its link may be broken, too."""
-        reached, pause = Patience(NO_WRITER_TIMEOUT), threading.Event()
-        while True:
-            try:
-                answers = self._bus.query(key, asked, ANSWER_TIMEOUT)
-            except BusError:
-                return []
-            if answers or reached.is_over():
-                return answers
-            pause.wait(RETRY_INTERVAL)
+    def _is_answered(self, pair: Pair, key: str, asked: bytes) -> bool:
+        """Ask one question; returns whether it need not be asked again."""
+        try:
+            answers = self._bus.query(key, asked, ANSWER_TIMEOUT)
+        except BusError:
+            return True
+        for answer in answers[:1]:
+            self._post(partial(self._arrived, pair, self._resent(pair, answer)))
+        return bool(answers)
