@@ -43,11 +43,12 @@ class JoinedHost(Host):
         bus: Bus,
         zygote: Zygote,
         joined: JoinedSystem,
+        asked_at: float,
         instance: str,
         seal: Seal,
         offer: HostOffer,
     ) -> None:
-        """It has just joined; nothing runs yet."""
+        """It has just joined, as was ``asked_at`` (s, of the leases' clock); nothing runs yet."""
         super().__init__(plan, bus, zygote)
         self.over = ""
         self.orderly = self.failed = False
@@ -56,7 +57,7 @@ class JoinedHost(Host):
         self._seal = seal
         self._offer = offer
         self._lease = joined.lease
-        self._held_until = now() + joined.lease
+        self._held_until = asked_at + joined.lease
         self._lapsed = self._outside = False
         self._asked_at = 0.0
         self._waiting = False

@@ -28,6 +28,7 @@ from regraft.host.zygote.zygote import Zygote, start_zygote
 from regraft.process.scheduling import work_in_batches
 from regraft.process.shutdown import ShutdownRequest
 from regraft.process.trial.trial_import import Notice
+from regraft.runtime.core.lease import now
 from regraft.security.host_proof import NotProved, Seal, prove
 from regraft.security.unreachable import explained
 from regraft.stack.classes import look_in
@@ -204,10 +205,10 @@ def _run(
         instance = secrets.token_hex(8)
         with ending.interrupting():
             seal = _proved(bus, wanted, architecture.system, instance)
-            first = _join(
+            first, asked_at = _join(
                 bus, architecture.system, JoinHost(plan.name, instance, pid=os.getpid(), offer=wanted.offer), seal
             )
-        host = JoinedHost(plan.as_joined(first), bus, zygote, first, instance, seal, wanted.offer)
+        host = JoinedHost(plan.as_joined(first), bus, zygote, first, asked_at, instance, seal, wanted.offer)
         joined = Joined(host, bus, architecture.system, plan.endpoint, notices)
         host.start()
         try:
@@ -241,9 +242,17 @@ def _proved(bus: Bus, wanted: Wanted, system: str, instance: str) -> Seal:
         raise CannotJoin(str(error)) from None
 
 
-def _join(bus: Bus, system: str, asked: JoinHost, seal: Seal) -> JoinedSystem:
-    """Join for good."""
-    return _asked(bus, system, "join", lambda: seal.on(asked), JoinedSystem)
+def _join(bus: Bus, system: str, asked: JoinHost, seal: Seal) -> tuple[JoinedSystem, float]:
+    """Join for good; returns the answer, and when it was asked for (s, of the leases' clock)."""
+    asked_at = 0.0
+
+    def question() -> JoinHost:
+        nonlocal asked_at
+        asked_at = now()
+        return seal.on(asked)
+
+    joined = _asked(bus, system, "join", question, JoinedSystem)
+    return joined, asked_at
 
 
 def _asked(bus: Bus, system: str, verb: str, question: Callable[[], object], kind: type[Told]) -> Told:
