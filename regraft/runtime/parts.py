@@ -22,6 +22,7 @@ from regraft.runtime.core.assignment import Assignment
 from regraft.runtime.core.clock import Clock
 from regraft.runtime.core.compute import Compute
 from regraft.runtime.core.exclusive import Slots
+from regraft.runtime.core.overlap import Overlap
 from regraft.runtime.core.tasks import RunningTask, Tasks
 from regraft.runtime.core.timers import Timers
 from regraft.runtime.data.fetching import Fetching
@@ -122,7 +123,8 @@ class Parts:
         if method is not None and port.handler_takes_name:
             return LiveInput(port, partial(method, name), self.reporter)
         if method is not None and inspect.iscoroutinefunction(method):
-            return LiveInput(port, lambda message: self.spawn(name, method(message), answers=True), self.reporter)
+            left_out = partial(self.reporter.overrun, f"input {name!r}", messages=1)
+            return LiveInput(port, self.overlapping(name, method, left_out, answers=True), self.reporter)
         return LiveInput(port, method, self.reporter)
 
     def _server(self, name: str) -> Server:
@@ -214,10 +216,29 @@ class Parts:
         except Exception as error:
             self.reporter.fault(where, error)
 
-    def spawn(self, name: str, coroutine: Coroutine[Any, Any, Any], *, answers: bool = False) -> RunningTask:
+    def overlapping(
+        self,
+        name: str,
+        method: Callable[..., Coroutine[Any, Any, Any]],
+        left_out: Callable[[], None],
+        *,
+        answers: bool = False,
+    ) -> Callable[..., None]:
+        """Return what runs an asynchronous handler or timer; its calls may overlap within bounds."""
+        return Overlap(method, partial(self.spawn, name, answers=answers), left_out).call
+
+    def spawn(
+        self,
+        name: str,
+        coroutine: Coroutine[Any, Any, Any],
+        ended: Callable[[], None] = lambda: None,
+        *,
+        answers: bool = False,
+    ) -> RunningTask:
         """Run a coroutine as a task whose exceptions are reported; ``answers`` if it handles one message."""
 
         def done(_: Any, error: BaseException | None) -> None:
+            ended()
             if error is not None and not isinstance(error, Cancelled):
                 self.reporter.fault(name, error)
 

@@ -148,6 +148,15 @@ class StatusReporter:
         if self._fresh("lost" + where, source):
             self.event("message.lost", f"{where}: {count} from {source}", count=count)
 
+    def overrun(self, where: str, *, messages: int = 0) -> None:
+        """Report that a call was left out, with so many ``messages``: too many of its kind are under way."""
+        self.status = replace(self.status, lost=self.status.lost + messages)
+        if self._fresh("overrun", where):
+            text = (
+                f"{where}: too many of its calls are under way, so new ones are left out: make it faster, or ask for less"
+            )
+            self.event("handler.overrun", text)
+
     def _note(self, kind: SystemFaultKind, text: str, code: str) -> None:
         if self.news is not None:
             self.news.fault(self.status, self._seconds(), kind, text[:2000], code)

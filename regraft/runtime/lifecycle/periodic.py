@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
+from functools import partial
 
 from regraft.runtime.lifecycle.measuring import Measuring
 from regraft.runtime.parts import Parts
@@ -23,8 +24,9 @@ class PeriodicCalls:
         now = parts.clock.now()
         for name, period in parts.declared.timers.items():
             method = getattr(parts.component, name)
-            call = (lambda n=name, m=method: parts.spawn(n, m())) if inspect.iscoroutinefunction(method) else method
-            parts.timers.start(name, parts.around(call), period.nanoseconds(parts.parameters.values), now)
+            if inspect.iscoroutinefunction(method):
+                method = parts.overlapping(name, method, partial(parts.reporter.overrun, f"timer {name!r}"))
+            parts.timers.start(name, parts.around(method), period.nanoseconds(parts.parameters.values), now)
         every = type(parts.component).checkpoint_every
         if every is not None:
             parts.timers.start("checkpoint", self._checkpoint, max(1, round(every * 1e9)), now)

@@ -24,6 +24,8 @@ from regraft.runtime.data.inputs import Reporter
 from regraft.runtime.data.writers import Writer, Writers
 
 MAX_CLIENTS = 256
+MAX_REQUESTS = 2000
+"""Requests to one service that may be under way."""
 REMEMBERED_REPLIES = 32
 """Replies kept per client for when they are asked for again; requests being worked on are kept too."""
 REMEMBERED_NUMBERS = 1024
@@ -166,6 +168,10 @@ class Server:
             # It stays refused: the request may come again when its client has given up.
             client.remember(request.number, self._refuse(request, RequestRefused(why, RefusalCode.BUSY)))
             return
+        if not self.offered.action and self._is_crowded():
+            why = f"{self.name} has {MAX_REQUESTS} requests under way, and takes no more at once: ask again later"
+            self._refuse(request, RequestRefused(why, RefusalCode.BUSY))
+            return
         client.open[request.number] = request
         self._do(request, body, source)
 
@@ -205,6 +211,9 @@ class Server:
             self._finish(request, result, error, goal.why_ended)
 
         goal.task = self._tasks.spawn(self.name, self._method(body), done, goal=(self, request), asked_by=source)
+
+    def _is_crowded(self) -> bool:
+        return sum(len(client.open) for client in self._clients.values()) >= MAX_REQUESTS
 
     @property
     def _pursued(self) -> list[RunningGoal]:

@@ -1,0 +1,40 @@
+"""A bound on the calls of one asynchronous handler that overlap: none of them would end sooner if there were more."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine
+from typing import Any
+
+from regraft.runtime.core.tasks import RunningTask
+
+MAX_OVERLAPPING = 100
+"""Calls of one asynchronous handler or timer that may be under way at once."""
+
+Done = Callable[[], None]
+
+
+class Overlap:
+    """Starts a coroutine for each call of one handler or timer, as a task of ``spawn``, while there is room for it."""
+
+    def __init__(
+        self,
+        method: Callable[..., Coroutine[Any, Any, Any]],
+        spawn: Callable[[Coroutine[Any, Any, Any], Done], RunningTask],
+        left_out: Callable[[], None],
+    ) -> None:
+        """``spawn`` calls what it is given when the task ends; ``left_out`` is called where there is no room."""
+        self._method = method
+        self._spawn = spawn
+        self._left_out = left_out
+        self._under_way = 0
+
+    def call(self, *arguments: Any) -> None:
+        """Begin a call, or leave it out."""
+        if self._under_way >= MAX_OVERLAPPING:
+            self._left_out()
+            return
+        self._under_way += 1
+        self._spawn(self._method(*arguments), self._ended)
+
+    def _ended(self) -> None:
+        self._under_way -= 1
