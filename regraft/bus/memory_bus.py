@@ -19,11 +19,13 @@ class _Declared:
     key: str
     sink: Sink
     listed_in: list[_Declared]
+    of_session: list[_Declared]
     on_close: Callable[[], None] | None = None
 
     def close(self) -> None:
         if self in self.listed_in:
             self.listed_in.remove(self)
+            self.of_session.remove(self)
             if self.on_close:
                 self.on_close()
 
@@ -97,7 +99,7 @@ class MemoryBus:
     ) -> _Declared:
         if self.closed:
             raise BusError("the session is closed")
-        declared = _Declared(key, sink, listed, on_close)
+        declared = _Declared(key, sink, listed, self._mine, on_close)
         with self.hub.lock:
             listed.append(declared)
         self._mine.append(declared)

@@ -88,8 +88,7 @@ class Client:
         self._requests = Requests(self.keys, self.name, self._sender)
         self._board = Board()
         self._listener = Listener(bus, self.name, self._requests.ask_again)
-        self._subscriptions: list[Closable] = []
-        self._keep(self._listener.subscribe(self.keys.reply("**", self.name), self._requests.deliver))
+        self._listener.subscribe(self.keys.reply("**", self.name), self._requests.deliver)
         self._hear(self.keys.status("*"), ComponentStatus, self._board.take_component)
         self._hear(self.keys.host("*", "status"), HostStatus, self._board.take_host)
         self._hear(self.keys.clock("time"), ClockTime, self._board.take_clock)
@@ -104,9 +103,6 @@ class Client:
     def close(self) -> None:
         """Leave; callers that still wait get CallFailed. A second call does nothing."""
         self._requests.close()
-        for subscription in self._subscriptions:
-            subscription.close()
-        self._subscriptions.clear()
         self._listener.stop()
         self._sender.close()
         if self._owns_bus:
@@ -347,7 +343,7 @@ class Client:
                 return
             callback(message)
 
-        return self._keep(self._listener.subscribe(key, take))
+        return self._listener.subscribe(key, take)
 
     def topic(self, topic: str, cls: type | None, callback: Callable[[TopicSample], object]) -> Subscription:
         """Have ``callback`` called with what is published: instances of ``cls``, or plain data for None.
@@ -361,12 +357,7 @@ class Client:
     ) -> Subscription:
         subscription = Subscription(name, cls, callback)
         subscription.begin(self._listener.subscribe(key, subscription.take, subscription.admit, subscription.miss))
-        self._keep(subscription)
         return subscription
-
-    def _keep(self, closable: Closable) -> Closable:
-        self._subscriptions.append(closable)
-        return closable
 
     # --- queries ---
 

@@ -23,6 +23,18 @@ _Waiting = tuple[Callable[[Sample], object], Callable[[], object], Any]
 """A handler, the function in its place for a sample that cannot be opened, and the raw sample."""
 
 
+class _Subscribed:
+    """A subscription of a listener, which knows it until it is closed."""
+
+    def __init__(self, inner: Closable, forget: Callable[[_Subscribed], object]) -> None:
+        self._inner = inner
+        self._forget = forget
+
+    def close(self) -> None:
+        self._inner.close()
+        self._forget(self)
+
+
 class Listener:
     """Opens samples and calls their handlers one at a time, so that no handler runs on a network thread."""
 
@@ -32,6 +44,7 @@ class Listener:
         self._tick = tick
         self._inbox = Inbox()
         self._stopped = False
+        self._open: set[_Subscribed] = set()
         self._thread = threading.Thread(target=self._run, name=f"client {name}", daemon=True)
         self._thread.start()
 
@@ -52,7 +65,9 @@ class Listener:
             if self._inbox.qsize() < MAX_WAITING and admit():
                 self._inbox.put((handler, missed, item))
 
-        return self._bus.subscribe(key, sink)
+        subscribed = _Subscribed(self._bus.subscribe(key, sink), self._open.discard)
+        self._open.add(subscribed)
+        return subscribed
 
     @property
     def is_here(self) -> bool:
@@ -60,7 +75,9 @@ class Listener:
         return threading.current_thread() is self._thread
 
     def stop(self) -> None:
-        """End the thread, within bounds; a handler that does not return dies with the process."""
+        """Close all subscriptions and end the thread, within bounds; a handler that hangs dies with the process."""
+        for subscribed in tuple(self._open):
+            subscribed.close()
         self._stopped = True
         self._inbox.put(None)
         self._inbox.close()

@@ -14,7 +14,7 @@ Done = Callable[[], None]
 
 
 class Overlap:
-    """Starts a coroutine for each call of one handler or timer, as a task of ``spawn``, while there is room for it."""
+    """Starts a coroutine for each call of one handler or timer, while there is room for it."""
 
     def __init__(
         self,
@@ -22,7 +22,10 @@ class Overlap:
         spawn: Callable[[Coroutine[Any, Any, Any], Done], RunningTask],
         left_out: Callable[[], None],
     ) -> None:
-        """``spawn`` calls what it is given when the task ends; ``left_out`` is called where there is no room."""
+        """``spawn`` runs a coroutine as a task, and calls what else it is given at its end.
+
+        ``left_out`` is called where there is no room.
+        """
         self._method = method
         self._spawn = spawn
         self._left_out = left_out

@@ -152,9 +152,7 @@ class StatusReporter:
         """Report that a call was left out, with so many ``messages``: too many of its kind are under way."""
         self.status = replace(self.status, lost=self.status.lost + messages)
         if self._fresh("overrun", where):
-            text = (
-                f"{where}: too many of its calls are under way, so new ones are left out: make it faster, or ask for less"
-            )
+            text = f"{where}: too many of its calls are under way, so new ones are left out"
             self.event("handler.overrun", text)
 
     def _note(self, kind: SystemFaultKind, text: str, code: str) -> None:

@@ -20,6 +20,9 @@ MATCH_POLL = 0.001
 MATCH_INTERVAL = 0.05
 """Seconds for which an answer counts, where messages are promised: to ask for each took 2 % of the world's time."""
 
+MAX_RETIRED = 4096
+"""Keys of clients that have gone, of which it is known how far the numbering had come."""
+
 SMALL = 4096
 """Bytes of a sample that a step or its acknowledgement may carry."""
 
@@ -266,6 +269,7 @@ class Writers:
         self.advanced: dict[str, int] = {}
         self.open_keys: dict[str, Writer] = {}
         self._numbering: dict[str, int] = {}
+        self._retired: dict[str, None] = {}
         self.thread = get_ident()
 
     def open(self, key: str, encoding: str, *, reliable: bool = True) -> Writer:
@@ -327,6 +331,16 @@ class Writers:
         if writer:
             self._numbering[key] = writer.sequence
             writer.close()
+
+    def retire(self, key: str) -> None:
+        """Undeclare the key of a client that has likely gone; the numbering is remembered of the last of them alone."""
+        self.close(key)
+        self._retired.pop(key, None)
+        self._retired[key] = None
+        if len(self._retired) > MAX_RETIRED:
+            oldest = next(iter(self._retired))
+            del self._retired[oldest]
+            self._numbering.pop(oldest, None)
 
     def sequences(self) -> dict[str, int]:
         """Return the last sequence of every key."""

@@ -145,7 +145,7 @@ class Server:
             client = self._clients[name] = _Client()
             if len(self._clients) > MAX_CLIENTS:
                 forgotten, _ = self._clients.popitem(last=False)
-                self._writers.close(self._keys.reply(self.name, forgotten))
+                self._writers.retire(self._keys.reply(self.name, forgotten))
         self._clients.move_to_end(name)
         return client
 
