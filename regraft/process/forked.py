@@ -20,6 +20,7 @@ from regraft.process.descendants import RUN_VARIABLE
 from regraft.process.logs import begin_anew_if_long
 from regraft.process.main import EXIT_BAD_ASSIGNMENT, run_component
 from regraft.runtime.core.assignment import Assignment
+from regraft.whole_files import write_whole
 
 PR_SET_PDEATHSIG = 1
 ASSIGNMENT_VARIABLE = "REGRAFT_ASSIGNMENT"
@@ -95,13 +96,16 @@ def be_component(plain: dict[str, Any]) -> int:
     return run_component(assignment)
 
 
-def be_program(plain: dict[str, Any], command: list[str]) -> int:
-    """Become any program; it finds its assignment as JSON in ``REGRAFT_ASSIGNMENT``. Returns only if it cannot."""
+def be_program(plain: dict[str, Any], command: list[str], folder: Path) -> int:
+    """Become any program; it finds its assignment as JSON in ``REGRAFT_ASSIGNMENT``. Returns only if it cannot.
+
+    A checkpoint is in a file in ``folder``, which a later run replaces.
+    """
     assignment = codec.from_plain(plain, Assignment)
     readable = {**plain, "checkpoint": None}
     if assignment.checkpoint is not None:
-        state = Path(f"{assignment.name}-{assignment.incarnation}.checkpoint").absolute()
-        state.write_bytes(codec.encode(assignment.checkpoint))
+        state = folder / f"{assignment.name}.checkpoint"
+        write_whole(state, codec.encode(assignment.checkpoint))
         readable["checkpoint_file"] = str(state)
     run = f"{assignment.name}/{assignment.incarnation}"
     environment = {**os.environ, ASSIGNMENT_VARIABLE: json.dumps(readable), RUN_VARIABLE: run}

@@ -170,6 +170,7 @@ def _be_child(order: dict[str, Any], line: socket.socket, zygote: int, pipe: tup
         line.close()
         for descriptor in pipe:
             os.close(descriptor)
+        order["log"] = os.path.abspath(order["log"])
         forked.open_log(order["log"])
         os.chdir(order["folder"])
         forked.limit_files(order.get("files"))
@@ -186,8 +187,9 @@ def _act(order: dict[str, Any]) -> int:
     if "describe" in order:
         asked = order["describe"]
         return be_estimator(asked) if "estimate" in asked else be_describer(asked)
-    command = order["command"]
-    return forked.be_program(order["assignment"], command) if command else forked.be_component(order["assignment"])
+    if order["command"]:
+        return forked.be_program(order["assignment"], order["command"], Path(order["log"]).parent)
+    return forked.be_component(order["assignment"])
 
 
 def _drain(reader: int) -> None:
