@@ -263,9 +263,11 @@ def test_a_run_with_a_quarantined_component_exits_with_1(tmp_path: Path) -> None
     text += "  broken: {command: [sh, -c, exit 3], managed: false, restart: {limit: 1, backoff: 0.01}}\n"
     (tmp_path / "stack.yaml").write_text(text)
     (tmp_path / "tiny_parts.py").write_text((STACK / "tiny_parts.py").read_text())
-    done = regraft(tmp_path / "home", "up", str(tmp_path), "--for", "5", "--json")
-    assert done.returncode == 1
-    assert "broken is quarantined" in json.loads(done.stdout)["problems"]
+    with System(tmp_path / "home", command=("up", str(tmp_path), "--headless"), ready="system tiny") as system:
+        wait_until(lambda: system.components()["broken"]["process"] == "quarantined", "the host to give up")
+        system.interrupt()
+        assert system.ended() == 1
+    assert any("broken is quarantined" in line for line in system.lines)
 
 
 def test_a_component_runs_alone_and_takes_changes_from_anybody(tmp_path: Path) -> None:
