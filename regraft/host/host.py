@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from collections import deque
 from typing import Any
 
 from regraft.bus.inbox import Inbox
@@ -16,7 +17,7 @@ from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.health import ComponentStatus
 from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.host.fault_injector import FaultInjector
-from regraft.host.host_api import KEEP, VIEW, HostApi
+from regraft.host.host_api import KEEP, HostApi
 from regraft.host.host_publisher import HostPublisher
 from regraft.host.plan import HostPlan
 from regraft.host.supervisor import Supervisor
@@ -36,14 +37,18 @@ MAX_WAITING = 10_000
 
 
 class Host(Supervisor):
-    """The host of one machine: it supervises its components, and answers questions on the bus."""
+    """The host of one machine: it supervises its components, and answers questions on the bus.
+
+    Heartbeats, checkpoints, qualities and the journal's end do not wake it: they are taken ``later``, when it looks.
+    In the middle of an adaptation it would take the processor from who has to answer.
+    """
 
     def __init__(self, plan: HostPlan, bus: Bus, zygote: Zygote) -> None:
         self._bus = bus
         self._keys = Keys(plan.architecture.system)
-        self._view_key = self._keys.host(plan.name, VIEW)
         super().__init__(plan, zygote, HostPublisher(bus, self._keys, plan.name, RealClock()))
         self.inbox = Inbox()
+        self.later: deque[Any] = deque()
         self._log = logging.getLogger("host")
         self._next_look = 0.0
         self._source_up_by = 0.0
@@ -51,7 +56,7 @@ class Host(Supervisor):
         self._declared: list[Closable] = []
         self.faults = FaultInjector(self, bus, self._keys, self.inbox.put)
         self.when_ended = self.faults.ended
-        self.questions = HostApi(self, Describer(zygote, plan), self.faults)
+        self.questions = HostApi(self, Describer(zygote, plan), self.faults, self.take_later)
 
     # --- life ---
 
@@ -59,14 +64,12 @@ class Host(Supervisor):
         """Appear on the bus and start everything: the time source first, since the others connect to it."""
         keys, name = self._keys, self.plan.name
         self._declared = [
-            # The host looks often enough by itself: heartbeats, checkpoints, qualities and the journal's end need not
-            # wake it. At an adaptation's end it would take the processor from the client that is being answered.
             *(
-                self._bus.subscribe(key, self.inbox.put_lazy)
+                self._bus.subscribe(key, self.later.append)
                 for key in (keys.status("*"), keys.standby("*"), keys.checkpoint("*"), keys.qualities("*"))
             ),
             *(
-                self._bus.serve(keys.host(name, verb), self.inbox.put_lazy if verb == KEEP else self.inbox.put)
+                self._bus.serve(keys.host(name, verb), self.later.append if verb == KEEP else self.inbox.put)
                 for verb in (*self.questions.verbs, *self.questions.later)
             ),
             self._bus.announce(keys.host(name, "alive")),
@@ -82,8 +85,6 @@ class Host(Supervisor):
     def pump(self, timeout: float) -> None:
         """Do what is due, then handle what arrives within ``timeout`` seconds."""
         self.start_due()
-        # Heartbeats first: nobody is silent whose heartbeat is here.
-        self._take_lazy()
         self._look()
         item = self.inbox.get(min(timeout, self._until_due()))
         until = time.monotonic() + LOOK_INTERVAL
@@ -110,16 +111,18 @@ class Host(Supervisor):
 
     def _until_due(self) -> float:
         now = time.monotonic()
-        starts = [w.start_at - now for w in self.all_processes() if w.start_at is not None] if self.room() else []
-        return max(0.0, min([LOOK_INTERVAL, *starts]))
+        starts = [w.start_at for w in self.all_processes() if w.start_at is not None] if self.room() else []
+        return max(0.0, min([self._next_look, *starts]) - now)
 
-    def _take_lazy(self) -> None:
-        for item in self.inbox.take_lazy():
-            self._take(item)
+    def take_later(self) -> None:
+        """Take what has not woken the host; of a flood, samples go by."""
+        for _ in range(len(self.later)):
+            self._take(self.later.popleft(), shed=len(self.later) > MAX_WAITING)
 
     def _take(self, item: Any, *, shed: bool = False) -> None:
         """Take what has arrived; ``shed`` drops samples: heartbeats and checkpoints come again."""
         if isinstance(item, dict):
+            self.take_later()  # the last checkpoint of what has ended may be among it
             if not self.questions.describer.takes(item):
                 self.zygote_reports(item)
             return
@@ -130,8 +133,6 @@ class Host(Supervisor):
             return
         query = self._bus.open_query(item)
         if query is not None:
-            if query.key == self._view_key:
-                self._take_lazy()  # the journal's end may be among it
             self.questions.answer(query)
         elif callable(item):
             item()
@@ -148,6 +149,7 @@ class Host(Supervisor):
         if now < self._next_look:
             return
         self._next_look = now + LOOK_INTERVAL
+        self.take_later()  # nobody is silent whose heartbeat is here
         self.questions.describer.look(now)
         self._watching.judge(now, self.all_processes(), self.processes.get(self.plan.source or ""), self.plan.limits)
         if now >= self._next_status:

@@ -30,16 +30,22 @@ from regraft.host.zygote.describer import DESCRIBE, ESTIMATE, Describer
 from regraft.process.logs import tail
 from regraft.runtime.core.terms import Fenced, in_force
 
-VIEW, KEEP = "view", "journal"
-"""The verbs that ask for all that the host was given, and that give it the journal's end."""
+KEEP, SPECS = "journal", "specs"
+"""The verbs that give the host the journal's end, and new specs; without any it is asked what it runs."""
 MAX_INCARNATION = 2**32 - 1
 """The most that an envelope has room for."""
 
 
 class HostApi:
-    """Answers the queries to one host, by ``verbs``; what takes a while is answered ``later``."""
+    """Answers the queries to one host, by ``verbs``; what takes a while is answered ``later``.
 
-    def __init__(self, supervisor: Supervisor, describer: Describer, faults: FaultInjector) -> None:
+    ``catch_up`` takes what has come without waking the host, before every answer. It is not called in the middle of an
+    adaptation.
+    """
+
+    def __init__(
+        self, supervisor: Supervisor, describer: Describer, faults: FaultInjector, catch_up: Callable[[], None]
+    ) -> None:
         self.describer = describer
         self.later: dict[str, Callable[[Query], object]] = {
             DESCRIBE: describer.ask,
@@ -47,12 +53,13 @@ class HostApi:
             INJECT: faults.ask,
         }
         self._supervisor = supervisor
+        self._catch_up = catch_up
         self._log = logging.getLogger("host")
         self._usage = Usage()
         self.verbs: dict[str, Callable[[bytes], object]] = {
-            VIEW: self._view,
+            "view": self._view,
             "runs": lambda _: self._supervisor.status(),
-            "specs": self._update,
+            SPECS: self._update,
             KEEP: self._keep_end,
             "start": self.start,
             "stop": self._stop_asked,
@@ -66,6 +73,8 @@ class HostApi:
     def answer(self, query: Query) -> None:
         """Answer a query, or begin to."""
         verb = query.key.rsplit("/", 1)[-1]
+        if verb not in (KEEP, SPECS):
+            self._catch_up()
         try:
             if verb in self.later:
                 self.later[verb](query)
@@ -94,6 +103,8 @@ class HostApi:
 
     def _update(self, payload: bytes) -> HostStatus:
         update = codec.decode(payload, UpdateSpecs)
+        if not update.specs:
+            self._catch_up()
         self._fence(update.term)
         self._supervisor.take_update(update)
         return self._supervisor.status()

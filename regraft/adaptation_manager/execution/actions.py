@@ -34,7 +34,7 @@ from regraft.patience import Patience
 async def perform(context: ExecutionContext, action: Action, meanwhile: Callable[[], object] | None = None) -> None:
     """Reach the end that ``action`` names; raises ControlFailed where it cannot be reached.
 
-    ``meanwhile`` is called as a component is about to set its values: what it asks for takes longer.
+    ``meanwhile`` is called while a component is setting its values.
     """
     if isinstance(action, ApplyParameters):
         await _give_values(context, action, meanwhile)
@@ -71,9 +71,10 @@ async def _give_values(
 ) -> None:
     if action.values:
         context.touch(action.component)
+        asked = context.controls.set_parameters(action.component, action.values, context.revision)
         if meanwhile is not None:
             meanwhile()
-        await context.controls.set_parameters(action.component, action.values, context.revision).view()
+        await asked.view()
 
 
 async def _connect_port(context: ExecutionContext, action: ConnectPort) -> None:

@@ -60,17 +60,19 @@ CREATE TABLE IF NOT EXISTS architectures (
     seal BLOB NOT NULL,
     PRIMARY KEY (run, revision)
 ) WITHOUT ROWID;
+DROP INDEX IF EXISTS adaptations_open;
 """
-"""Also created in a journal that had begun without them. ``architectures`` keeps some of the revisions whole."""
+"""Also done to a journal that had begun without it. ``architectures`` keeps some of the revisions whole.
+
+The index was written with each adaptation, and no question could use it.
+"""
 
 CREATE_INDEXES = (
     "CREATE INDEX adaptations_by_key ON adaptations (run, key) WHERE key != ''",
-    "CREATE INDEX adaptations_open ON adaptations (run) WHERE outcome = 'pending'",
     "CREATE UNIQUE INDEX adaptations_by_revision ON adaptations (run, revision) WHERE revision IS NOT NULL",
 )
 DROP_INDEXES = (
     "DROP INDEX IF EXISTS adaptations_by_key",
-    "DROP INDEX IF EXISTS adaptations_open",
     "DROP INDEX IF EXISTS adaptations_by_revision",
 )
 SCHEMA = TABLES + "".join(f"{statement};" for statement in CREATE_INDEXES)

@@ -150,7 +150,11 @@ class Hosts:
 
     def keep(self, end: JournalEnd) -> None:
         """Have the first host keep the journal's end; its answer is not waited for. Raises NoAnswer."""
-        self._ask(FIRST, "journal", codec.encode(replace(end, term=self.term)))
+        payload = codec.encode(replace(end, term=self.term))
+        try:
+            self._kit.bus.ask(self._keys.host(FIRST, "journal"), payload, self._within, lambda answers: None)
+        except BusError as error:
+            raise NoAnswer(f"host {FIRST!r}: journal: {error}") from None
 
     # --- who is there ---
 

@@ -69,6 +69,17 @@ def _post(system: System, name: str, **values: Any) -> None:
     runtime.post(lambda: runtime.parameters.values.update(values))
 
 
+def _begins_to_wear(system: System, wears: float) -> None:
+    runtime = system.running["gauge"].runtime
+
+    def begin() -> None:
+        assert isinstance(runtime.component, Gauge)
+        runtime.component.on_activate()
+        runtime.parameters.values.update(wears=wears)
+
+    runtime.post(begin)
+
+
 HOLDING = (
     Condition(quality="gauge.level", at_least=4.0),
     Condition(quality="gauge.level", within=(0.0, 5.0)),
@@ -150,7 +161,7 @@ def test_what_breaks_undoes_it_and_is_in_the_report_and_the_event(
 
 
 def test_the_asker_is_told_what_broke(gauged: System) -> None:
-    _post(gauged, "gauge", wears=50.0)
+    _begins_to_wear(gauged, 2.0)
     report = gauged.adapt(LOUDER, confirm=LONG, watch=(Condition(quality="gauge.level", at_least=1.0),))
     assert report.outcome is Outcome.ROLLED_BACK
     assert [breach.subject for breach in report.broken] == ["gauge.level"]
