@@ -1,7 +1,7 @@
 """Where a running system keeps its files: ``~/.regraft/SYSTEM`` or ``$REGRAFT_HOME/SYSTEM``.
 
 ``run.json`` has how to reach it, and its secret, so only its user may read it. ``lock`` is held while it runs,
-``logs/`` has a file per component, ``journal.sqlite`` is the adaptation manager's.
+``logs/`` has a file per component, and the checkpoints of programs; ``journal.sqlite`` is the adaptation manager's.
 """
 
 from __future__ import annotations

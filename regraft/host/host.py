@@ -20,6 +20,7 @@ from regraft.host.fault_injector import FaultInjector
 from regraft.host.host_api import KEEP, HostApi
 from regraft.host.host_publisher import HostPublisher
 from regraft.host.plan import HostPlan
+from regraft.host.runs.managed_process import ManagedProcess
 from regraft.host.supervisor import Supervisor
 from regraft.host.watchdog.process_monitor import LOOK_INTERVAL
 from regraft.host.watchdog.quality_watch import QualityWatch
@@ -33,13 +34,13 @@ STATUS_INTERVAL = 1.0
 END_TIMEOUT = 3.0
 SOURCE_TIMEOUT = 5.0
 MAX_WAITING = 10_000
-"""Items that may wait in the inbox, so that a flood of forged heartbeats does not fill the memory."""
+"""Items of each kind that may wait, so that a flood of forged heartbeats does not fill the memory."""
 
 
 class Host(Supervisor):
     """The host of one machine: it supervises its components, and answers questions on the bus.
 
-    Heartbeats, checkpoints, qualities and the journal's end do not wake it: they are taken ``later``, when it looks.
+    Heartbeats, checkpoints, qualities and the journal's end do not wake it: they are ``lazy``, and taken when it looks.
     In the middle of an adaptation it would take the processor from who has to answer.
     """
 
@@ -48,7 +49,7 @@ class Host(Supervisor):
         self._keys = Keys(plan.architecture.system)
         super().__init__(plan, zygote, HostPublisher(bus, self._keys, plan.name, RealClock()))
         self.inbox = Inbox()
-        self.later: deque[Any] = deque()
+        self.lazy: deque[Any] = deque()
         self._log = logging.getLogger("host")
         self._next_look = 0.0
         self._source_up_by = 0.0
@@ -56,7 +57,7 @@ class Host(Supervisor):
         self._declared: list[Closable] = []
         self.faults = FaultInjector(self, bus, self._keys, self.inbox.put)
         self.when_ended = self.faults.ended
-        self.questions = HostApi(self, Describer(zygote, plan), self.faults, self.take_later)
+        self.questions = HostApi(self, Describer(zygote, plan), self.faults, self.take_lazy)
 
     # --- life ---
 
@@ -65,11 +66,11 @@ class Host(Supervisor):
         keys, name = self._keys, self.plan.name
         self._declared = [
             *(
-                self._bus.subscribe(key, self.later.append)
+                self._bus.subscribe(key, self.lazy.append)
                 for key in (keys.status("*"), keys.standby("*"), keys.checkpoint("*"), keys.qualities("*"))
             ),
             *(
-                self._bus.serve(keys.host(name, verb), self.later.append if verb == KEEP else self.inbox.put)
+                self._bus.serve(keys.host(name, verb), self.lazy.append if verb == KEEP else self.inbox.put)
                 for verb in (*self.questions.verbs, *self.questions.later)
             ),
             self._bus.announce(keys.host(name, "alive")),
@@ -114,15 +115,21 @@ class Host(Supervisor):
         starts = [w.start_at for w in self.all_processes() if w.start_at is not None] if self.room() else []
         return max(0.0, min([self._next_look, *starts]) - now)
 
-    def take_later(self) -> None:
+    def spawn(self, managed: ManagedProcess) -> None:
+        """Start a process, from the last checkpoint that has come."""
+        self.take_lazy()
+        super().spawn(managed)
+
+    def take_lazy(self) -> None:
         """Take what has not woken the host; of a flood, samples go by."""
-        for _ in range(len(self.later)):
-            self._take(self.later.popleft(), shed=len(self.later) > MAX_WAITING)
+        for _ in range(len(self.lazy)):
+            self._take(self.lazy.popleft(), shed=len(self.lazy) > MAX_WAITING)
 
     def _take(self, item: Any, *, shed: bool = False) -> None:
         """Take what has arrived; ``shed`` drops samples: heartbeats and checkpoints come again."""
         if isinstance(item, dict):
-            self.take_later()  # the last checkpoint of what has ended may be among it
+            if "started" not in item:
+                self.take_lazy()  # the last checkpoint of what has ended may be among it
             if not self.questions.describer.takes(item):
                 self.zygote_reports(item)
             return
@@ -149,7 +156,7 @@ class Host(Supervisor):
         if now < self._next_look:
             return
         self._next_look = now + LOOK_INTERVAL
-        self.take_later()  # nobody is silent whose heartbeat is here
+        self.take_lazy()  # nobody is silent whose heartbeat is here
         self.questions.describer.look(now)
         self._watching.judge(now, self.all_processes(), self.processes.get(self.plan.source or ""), self.plan.limits)
         if now >= self._next_status:

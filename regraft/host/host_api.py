@@ -39,8 +39,8 @@ MAX_INCARNATION = 2**32 - 1
 class HostApi:
     """Answers the queries to one host, by ``verbs``; what takes a while is answered ``later``.
 
-    ``catch_up`` takes what has come without waking the host, before every answer. It is not called in the middle of an
-    adaptation.
+    ``catch_up`` takes what has come without waking the host. It is called before every answer, but to new specs of
+    components that run: their manager waits for it.
     """
 
     def __init__(
@@ -73,9 +73,9 @@ class HostApi:
     def answer(self, query: Query) -> None:
         """Answer a query, or begin to."""
         verb = query.key.rsplit("/", 1)[-1]
-        if verb not in (KEEP, SPECS):
-            self._catch_up()
         try:
+            if verb not in (KEEP, SPECS):
+                self._catch_up()
             if verb in self.later:
                 self.later[verb](query)
                 return
@@ -103,7 +103,7 @@ class HostApi:
 
     def _update(self, payload: bytes) -> HostStatus:
         update = codec.decode(payload, UpdateSpecs)
-        if not update.specs:
+        if not update.specs or any(spec.name not in self._supervisor.processes for spec in update.specs):
             self._catch_up()
         self._fence(update.term)
         self._supervisor.take_update(update)

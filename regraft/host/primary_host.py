@@ -41,7 +41,7 @@ class PrimaryHost(Host):
         self._witness = witness
         self.questions.verbs |= {"prove": self._prove, "join": self._join, "renew": self._renew}
         self._ending = False
-        self._system = HostSystemTopics(bus, self._keys, plan.name, RealClock(), self.later.append)
+        self._system = HostSystemTopics(bus, self._keys, plan.name, RealClock(), self.lazy.append)
 
     def start(self) -> None:
         """Appear on the bus, and start everything that is placed here."""
@@ -50,7 +50,7 @@ class PrimaryHost(Host):
         super().start()
         status, alive = self._keys.host("*", "status"), self._keys.host("*", "alive")
         self._declared += [
-            self._bus.subscribe(status, self.later.append),
+            self._bus.subscribe(status, self.lazy.append),
             self._bus.watch(alive, lambda presence: self.inbox.put(lambda: self._presence(presence))),
         ]
 

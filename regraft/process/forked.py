@@ -20,7 +20,6 @@ from regraft.process.descendants import RUN_VARIABLE
 from regraft.process.logs import begin_anew_if_long
 from regraft.process.main import EXIT_BAD_ASSIGNMENT, run_component
 from regraft.runtime.core.assignment import Assignment
-from regraft.whole_files import write_whole
 
 PR_SET_PDEATHSIG = 1
 ASSIGNMENT_VARIABLE = "REGRAFT_ASSIGNMENT"
@@ -105,7 +104,9 @@ def be_program(plain: dict[str, Any], command: list[str], folder: Path) -> int:
     readable = {**plain, "checkpoint": None}
     if assignment.checkpoint is not None:
         state = folder / f"{assignment.name}.checkpoint"
-        write_whole(state, codec.encode(assignment.checkpoint))
+        partial = state.with_name(f".{assignment.name}-{assignment.incarnation}.checkpoint")
+        partial.write_bytes(codec.encode(assignment.checkpoint))
+        partial.replace(state)
         readable["checkpoint_file"] = str(state)
     run = f"{assignment.name}/{assignment.incarnation}"
     environment = {**os.environ, ASSIGNMENT_VARIABLE: json.dumps(readable), RUN_VARIABLE: run}

@@ -1,4 +1,4 @@
-"""A bound on the calls of one asynchronous handler that overlap: none of them would end sooner if there were more."""
+"""A bound on the calls of one asynchronous handler that overlap: what comes faster than it ends would pile up."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 from regraft.runtime.core.tasks import RunningTask
 
-MAX_OVERLAPPING = 100
+MAX_OVERLAPPING = 1000
 """Calls of one asynchronous handler or timer that may be under way at once."""
 
 Done = Callable[[], None]

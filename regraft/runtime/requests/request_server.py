@@ -25,7 +25,8 @@ from regraft.runtime.data.writers import Writer, Writers
 
 MAX_CLIENTS = 256
 MAX_REQUESTS = 2000
-"""Requests to one service that may be under way."""
+RETRY_AFTER = 1.0
+"""Requests to one service that may be under way, and the seconds after which one more may be welcome."""
 REMEMBERED_REPLIES = 32
 """Replies kept per client for when they are asked for again; requests being worked on are kept too."""
 REMEMBERED_NUMBERS = 1024
@@ -111,6 +112,7 @@ class Server:
         self._refusal = refusal
         self._clients: OrderedDict[str, _Client] = OrderedDict()
         self._hurried_until = 0.0
+        self._answering = 0
 
     def wrap(self, around: Callable[[Callable[[Any], Any]], Callable[[Any], Any]]) -> None:
         """Have what ``around`` makes of the method called instead of it."""
@@ -145,9 +147,17 @@ class Server:
             client = self._clients[name] = _Client()
             if len(self._clients) > MAX_CLIENTS:
                 forgotten, _ = self._clients.popitem(last=False)
-                self._writers.retire(self._keys.reply(self.name, forgotten))
+                self._forget_writer(self._keys.reply(self.name, forgotten))
         self._clients.move_to_end(name)
         return client
+
+    def _forget_writer(self, key: str) -> None:
+        """Undeclare the key of a client; one that still listens may ask again, and drops numbers that come twice."""
+        writer = self._writers.open_keys.get(key)
+        if writer is not None and writer.matched:
+            self._writers.close(key)
+        else:
+            self._writers.retire(key)
 
     def _begin(self, request: Request, client: _Client, source: str) -> None:
         refusal = self._refusal()
@@ -168,9 +178,10 @@ class Server:
             # It stays refused: the request may come again when its client has given up.
             client.remember(request.number, self._refuse(request, RequestRefused(why, RefusalCode.BUSY)))
             return
-        if not self.offered.action and self._is_crowded():
-            why = f"{self.name} has {MAX_REQUESTS} requests under way, and takes no more at once: ask again later"
-            self._refuse(request, RequestRefused(why, RefusalCode.BUSY))
+        if self._answering >= MAX_REQUESTS:
+            why = f"{self.name} has {MAX_REQUESTS} requests under way, and takes no more at once"
+            full = RequestRefused(why, RefusalCode.QUEUE_FULL, retry_after=RETRY_AFTER)
+            client.remember(request.number, self._refuse(request, full))
             return
         client.open[request.number] = request
         self._do(request, body, source)
@@ -187,16 +198,16 @@ class Server:
         except Exception as error:
             self._finish(request, None, error)
             return
-        if hasattr(value, "send") and hasattr(value, "throw"):
-            self._tasks.spawn(
-                self.name,
-                value,
-                lambda result, error: self._finish(request, result, error),
-                answers=True,
-                asked_by=source,
-            )
-        else:
+        if not (hasattr(value, "send") and hasattr(value, "throw")):
             self._finish(request, value, None)
+            return
+
+        def done(result: Any, error: BaseException | None) -> None:
+            self._answering -= 1
+            self._finish(request, result, error)
+
+        self._answering += 1
+        self._tasks.spawn(self.name, value, done, answers=True, asked_by=source)
 
     def _pursue(self, request: Request, body: Any, source: str) -> None:
         goal = RunningGoal(request.client, request.number, source, request.outlives)
@@ -211,9 +222,6 @@ class Server:
             self._finish(request, result, error, goal.why_ended)
 
         goal.task = self._tasks.spawn(self.name, self._method(body), done, goal=(self, request), asked_by=source)
-
-    def _is_crowded(self) -> bool:
-        return sum(len(client.open) for client in self._clients.values()) >= MAX_REQUESTS
 
     @property
     def _pursued(self) -> list[RunningGoal]:

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import pytest
+
 from regraft import CallFailed, Component, Input, Parameter, RefusalCode, every, service
-from regraft.bus_schema.messages.protocol.requests import Answer
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.protocol.requests import Answer, Reply, Request, Verb
 from regraft.bus_schema.model.lifecycle import Transition
 from regraft.runtime.core.overlap import MAX_OVERLAPPING
+from regraft.runtime.data.writers import Identity, Writers
+from regraft.runtime.requests import request_server
 from regraft.runtime.requests.request_server import MAX_REQUESTS
 from regraft.testing import Rig
 from tests.kit.parts import Number
@@ -31,7 +38,7 @@ class Slow(Component):
     @every(seconds=100.0)
     async def look(self) -> None:
         self.ticks += 1
-        await self.kit.sleep(20_000.0)
+        await self.kit.sleep(1e6)
 
     @service("wait")
     async def wait(self, number: Number) -> Number:
@@ -40,11 +47,12 @@ class Slow(Component):
 
 
 class Crowd(Component):
-    """Asks more at once than a service takes."""
+    """Asks many times at once."""
+
+    many = Parameter(1, minimum=1)
 
     def on_activate(self) -> None:
-        numbers = range(MAX_REQUESTS + 1)
-        self.asked = [self.kit.call("wait", Number(value), Number, timeout=1000.0) for value in numbers]
+        self.asked = [self.kit.call("wait", Number(value), Number, timeout=1000.0) for value in range(self.many)]
 
 
 def _overruns(rig: Rig) -> list[str]:
@@ -91,14 +99,48 @@ def test_a_slow_timer_leaves_out_ticks() -> None:
         assert _overruns(rig) == ["timer 'look'"]
 
 
-def test_a_slow_service_refuses_as_busy_what_would_pile_up() -> None:
+def test_a_slow_service_refuses_what_would_pile_up_and_says_when_to_ask_again() -> None:
     with Rig() as rig:
         rig.add(Slow)
-        crowd = rig.add(Crowd)
+        crowd = rig.add(Crowd, parameters={"many": MAX_REQUESTS + 1})
         rig.advance(1.0)
         *waiting, refused = crowd.asked
         assert not any(one.done for one in waiting)
         assert isinstance(refused.error, CallFailed)
-        assert (refused.error.answer, refused.error.code) == (Answer.REFUSED, RefusalCode.BUSY)
+        assert (refused.error.answer, refused.error.code) == (Answer.REFUSED, RefusalCode.QUEUE_FULL)
+        assert refused.error.retry_after
         rig.advance(60.0)
         assert [one.value for one in waiting] == [Number(value) for value in range(MAX_REQUESTS)]
+
+
+def test_a_slow_service_is_no_less_bounded_with_more_clients_than_it_remembers(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(request_server, "MAX_REQUESTS", 10)
+    monkeypatch.setattr(request_server, "MAX_CLIENTS", 3)
+    with Rig() as rig:
+        rig.add(Slow)
+        crowds = [rig.add(Crowd, f"crowd_{n}", {"many": 2}) for n in range(6)]
+        rig.advance(1.0)
+        assert [[one.done for one in crowd.asked] for crowd in crowds] == [[False, False]] * 5 + [[True, True]]
+
+
+def test_a_request_that_was_refused_stays_so_when_it_comes_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(request_server, "MAX_REQUESTS", 1)
+    with Rig() as rig:
+        rig.add(Slow)
+        keys, replies = Keys("rig"), []
+        rig.bus.subscribe(keys.reply("wait", "tool"), lambda item: replies.append(rig.bus.open_sample(item)))
+        ask = Writers(rig.bus, rig.clock, Identity("tool", 1, 1)).open(keys.request("wait"), type_of(Request).encoding)
+        for number in (1, 2):
+            ask.put(codec.encode(Request("tool", number, Verb.CALL, {"value": number})))
+            rig.settle()
+        rig.advance(60.0)
+        ask.put(codec.encode(Request("tool", 2, Verb.CALL, {"value": 2})))
+        rig.advance(60.0)
+        answers = [codec.decode(sample.payload, Reply) for sample in replies if sample and sample.payload]
+        assert [(one.number, one.answer) for one in answers] == [
+            (2, Answer.REFUSED),
+            (1, Answer.RESULT),
+            (2, Answer.REFUSED),
+        ]
