@@ -185,7 +185,7 @@ def test_a_real_planner_is_asked_and_credited(
 ) -> None:
     ports = (
         'adaptation_strategy="ucb1" adaptation_subject="gain" subject_location="listener" '
-        'adaptation_options="0.1;0.2;0.3" adaptation_period="60ms" settle="10ms" '
+        'adaptation_options="0.1;0.2;0.3" adaptation_period="300ms" settle="10ms" '
         'utility="worth" knobs=\'json:{"high": 2}\''
     )
     child = "<KeepRunningUntilFailure><Sleep msec='50'/></KeepRunningUntilFailure>"
@@ -207,6 +207,6 @@ def test_a_real_planner_is_asked_and_credited(
     assert all(line.request.actor.startswith("adapt") for line in lines)
     assert all(line.request.context["node"] == "adapt" for line in lines)
     assert system.view("listener").parameters["gain"] in (0.1, 0.2, 0.3)
-    refused = run(adapting("AdaptOnStart", ports.replace("ucb1", "ucb7").replace(' adaptation_period="60ms"', "")))
+    refused = run(adapting("AdaptOnStart", ports.replace("ucb1", "ucb7").replace(' adaptation_period="300ms"', "")))
     assert (refused.state, refused.blackboard["o"]) == (MissionState.SUCCEEDED, "rejected")
     assert "ucb7" in refused.blackboard["r"]
