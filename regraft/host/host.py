@@ -41,7 +41,8 @@ class Host(Supervisor):
     """The host of one machine: it supervises its components, and answers questions on the bus.
 
     Heartbeats, checkpoints, qualities and the journal's end do not wake it: they are ``lazy``, and taken when it looks.
-    In the middle of an adaptation it would take the processor from who has to answer.
+    In the middle of an adaptation it would take the processor from who has to answer; so the inbox, which hands lazy
+    items on with the next question, does not get them.
     """
 
     def __init__(self, plan: HostPlan, bus: Bus, zygote: Zygote) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+from contextlib import ExitStack
 from pathlib import Path
 
 from tests.cli.live import STACK, System, regraft
@@ -263,11 +264,20 @@ def test_a_run_with_a_quarantined_component_exits_with_1(tmp_path: Path) -> None
     text += "  broken: {command: [sh, -c, exit 3], managed: false, restart: {limit: 1, backoff: 0.01}}\n"
     (tmp_path / "stack.yaml").write_text(text)
     (tmp_path / "tiny_parts.py").write_text((STACK / "tiny_parts.py").read_text())
-    with System(tmp_path / "home", command=("up", str(tmp_path), "--headless"), ready="system tiny") as system:
-        wait_until(lambda: system.components()["broken"]["process"] == "quarantined", "the host to give up")
+    system = System(tmp_path / "home", command=("up", str(tmp_path), "--json"))
+
+    def is_quarantined() -> bool:
+        components = [component for found in system.ask("ps")["systems"] for component in found["components"]]
+        return any((each["name"], each["process"]) == ("broken", "quarantined") for each in components)
+
+    with ExitStack() as ending:
+        ending.push(system)  # it prints no line to wait for
+        wait_until(is_quarantined, "the host to give up")
         system.interrupt()
         assert system.ended() == 1
-    assert any("broken is quarantined" in line for line in system.lines)
+    printed = system.log.read_text()
+    closing, _ = json.JSONDecoder().raw_decode(printed, printed.index("{"))
+    assert "broken is quarantined" in closing["problems"]
 
 
 def test_a_component_runs_alone_and_takes_changes_from_anybody(tmp_path: Path) -> None:

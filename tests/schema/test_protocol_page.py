@@ -214,3 +214,4 @@ def test_the_times_are_those_of_the_code() -> None:
     )
     assert f"Of {request_server.REMEMBERED_NUMBERS} earlier clients" in PAGE
     assert f"has failed after {request_protocol.MAX_UNANSWERED} repetitions" in PAGE
+    assert f"With {request_server.MAX_REQUESTS:,} requests under way" in PAGE

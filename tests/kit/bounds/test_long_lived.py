@@ -1,4 +1,4 @@
-"""What runs for weeks keeps nothing of those who have gone."""
+"""A component that runs for weeks keeps nothing of those who have gone."""
 
 from __future__ import annotations
 
