@@ -129,6 +129,7 @@ def test_a_goal_fails_when_whoever_had_accepted_it_does_not_come_back(steps: Ste
     steps.start_world(TinyWorld, ("follower", "walker"), 3600.0)
     wait_until(lambda: "walker" in steps.runtimes and steps.runtimes["walker"].servers[0].goals, "a goal")
     (pending,) = steps.runtimes["follower"].requests.under_way()
+    wait_until(lambda: pending.accepted.done, "the goal's client to know that it is accepted")
     steps.kill("walker")
     wait_until(lambda: pending.outcome.done, "the goal to fail")
     assert isinstance(pending.outcome.error, CallFailed)
