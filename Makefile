@@ -52,9 +52,9 @@ coverage: .venv/ready ## Pass the quick and the slow tests and measure which cod
 bench: .venv/ready ## Measure every budget as a ratio
 	$(BIN)/python -m benchmarks
 
-evidence: .venv/ready ## What is too slow for the tests: seeds, load, endurance
-	$(BIN)/pytest -n $(shell nproc) --dist worksteal -m "evidence and not alone" --timeout 3600; code=$$?; \
-	$(BIN)/pytest -n 0 -m "evidence and alone" --timeout 3600 && exit $$code
+evidence: .venv/ready ## What is too slow for the tests: seeds, load, endurance; continues where it stopped
+	$(BIN)/python -m pytest -p tests.continued.plugin -n $(shell nproc) --dist worksteal -m "evidence and not alone" --timeout 3600; code=$$?; \
+	$(BIN)/python -m pytest -p tests.continued.plugin -n 0 -m "evidence and alone" --timeout 3600 && exit $$code
 
 attack: .venv/ready ## Attack everything anew, and say what held (six minutes)
 	$(BIN)/pytest -n 2 -m attack tests/attack

@@ -1,0 +1,1 @@
+"""Evidence takes hours: it continues where it stopped."""
