@@ -1,14 +1,15 @@
 """Evidence in several sittings: what has passed on the very same files is not run again.
 
-Loaded by ``pytest -p tests.continued.plugin``. Each outcome is a line of ``build/evidence/DIGEST.tsv``. The digest is
-of every file of the project that git does not ignore, and of Python. A change of any of them begins anew.
+Loaded by ``pytest -p tests.continued.plugin``. Each beginning and each outcome is a line of
+``build/evidence/DIGEST.tsv``. The digest is of every file of the project that git does not ignore, and of the versions
+that a run depends on. A change of any of them begins anew.
 """
 
 from __future__ import annotations
 
 import hashlib
+import json
 import subprocess
-import sys
 import time
 from collections import defaultdict
 from collections.abc import Iterable
@@ -18,20 +19,25 @@ from typing import Any
 
 import pytest
 
+from regraft.evaluation.runs.fingerprint import versions
+
 FOLDER = Path("build/evidence")
 PASSED = pytest.StashKey[Iterable[str]]()
 SHARED = "passed_before"
 """Under this name the workers of xdist are told of the tests that have passed, so that all collect the same."""
 
 
+BEGUN = "begun"
+"""The outcome of a test so far that is under way, or was cut off: its process may have been killed with it."""
+
+
 @dataclass
 class Record:
-    """The outcomes of all sittings on the same files. ``seconds`` and ``parts`` are of tests under way."""
+    """The outcomes of all sittings on the same files, and the reports on parts of tests that are under way."""
 
     path: Path
     outcomes: dict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
-    seconds: dict[str, float] = field(default_factory=lambda: defaultdict(float))
-    parts: dict[str, set[str]] = field(default_factory=lambda: defaultdict(set))
+    reports: dict[str, list[pytest.TestReport]] = field(default_factory=lambda: defaultdict(list))
 
     def read(self) -> None:
         """Take what earlier sittings have written. A line that was cut off counts for nothing."""
@@ -45,18 +51,28 @@ class Record:
         """Return the tests whose last outcome is that they passed."""
         return sorted(test for test, outcomes in self.outcomes.items() if outcomes[-1] == "passed")
 
+    def attempts(self, test: str) -> int:
+        """Return how often a test was begun."""
+        return self.outcomes[test].count(BEGUN)
+
+    def begin(self, test: str) -> None:
+        """Note that a test begins."""
+        self._note(test, BEGUN, 0.0)
+
     def take(self, report: pytest.TestReport) -> None:
-        """Count one part of a test: its set-up, its call or its end; write its outcome at its end."""
-        self.parts[report.nodeid].add(report.outcome)
-        self.seconds[report.nodeid] += report.duration
-        if report.when != "teardown":
-            return
-        parts = self.parts.pop(report.nodeid)
-        outcome = next(outcome for outcome in ("failed", "skipped", "passed") if outcome in parts)
-        self.outcomes[report.nodeid].append(outcome)
-        ended = time.strftime("%Y-%m-%dT%H:%M:%S", time.gmtime())
+        """Take the report on one part of a test: its set-up, its call or its end; note its outcome at its end."""
+        self.reports[report.nodeid].append(report)
+        if report.when == "teardown":
+            parts = self.reports.pop(report.nodeid)
+            found = {part.outcome for part in parts}
+            outcome = next(outcome for outcome in ("failed", "skipped", "passed") if outcome in found)
+            self._note(report.nodeid, outcome, sum(part.duration for part in parts))
+
+    def _note(self, test: str, outcome: str, seconds: float) -> None:
+        self.outcomes[test].append(outcome)
+        now = time.strftime("%Y-%m-%dT%H:%M:%S", time.gmtime())
         with self.path.open("a") as file:
-            file.write(f"{outcome}\t{ended}\t{self.seconds.pop(report.nodeid):.1f}\t{report.nodeid}\n")
+            file.write(f"{outcome}\t{now}\t{seconds:.1f}\t{test}\n")
 
 
 class Continued:
@@ -71,6 +87,10 @@ class Continued:
         """Tell a worker of xdist which tests have passed."""
         node.workerinput[SHARED] = self._record.passed()
 
+    def pytest_runtest_logstart(self, nodeid: str) -> None:
+        """Note that a test begins."""
+        self._record.begin(nodeid)
+
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Count a part of a test."""
         self._record.take(report)
@@ -82,14 +102,13 @@ class Continued:
             session.exitstatus = pytest.ExitCode.OK
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
-        """Say how many have passed in all sittings, and which of them had failed before."""
+        """Say how many have passed in all sittings, and which of them not at the first attempt."""
         passed = self._record.passed()
         path = FOLDER / self._record.path.name
         terminalreporter.write_line(f"{len(passed)} have passed on these files so far: {path}")
         for test in passed:
-            failures = self._record.outcomes[test].count("failed")
-            if failures:
-                terminalreporter.write_line(f"passed, but had failed {failures} x: {test}")
+            if (attempts := self._record.attempts(test)) > 1:
+                terminalreporter.write_line(f"passed at attempt {attempts}: {test}")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -114,12 +133,15 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def _digest(root: Path) -> str:
-    """Return a digest of this Python and of every file of the project that git does not ignore."""
+    """Return a digest of every file of the project that git does not ignore, and of what a run depends on."""
     listed = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
-    names = subprocess.run(listed, cwd=root, check=True, capture_output=True).stdout.split(b"\0")
-    digest = hashlib.sha256(sys.version.encode())
-    for name in sorted(set(names)):
+    try:
+        names = subprocess.run(listed, cwd=root, check=True, capture_output=True).stdout.split(b"\0")
+    except (OSError, subprocess.CalledProcessError) as error:
+        raise pytest.UsageError(f"git has to list the files that evidence is about: {error}") from None
+    digest = hashlib.sha256(json.dumps(versions(), sort_keys=True).encode())
+    for name in sorted({*names} - {b""}):
         path = root / name.decode()
-        content = path.read_bytes() if name and path.is_file() else b""
-        digest.update(name + b"\0" + hashlib.sha256(content).digest())
+        if path.is_file():
+            digest.update(name + b"\0" + hashlib.sha256(path.read_bytes()).digest())
     return digest.hexdigest()[:16]

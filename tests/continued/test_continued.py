@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -72,8 +73,8 @@ def test_what_has_passed_is_not_run_again_and_what_had_failed_is_told(project: P
     second = sitting(project, *options)
     assert second.returncode == pytest.ExitCode.OK, second.stdout
     assert "3 have passed on these files so far" in second.stdout
-    assert "passed, but had failed 1 x: test_cases.py::test_of_its_second_time" in second.stdout
-    assert "passed, but had failed 1 x: test_cases.py::test_of_its_end" in second.stdout
+    assert "passed at attempt 2: test_cases.py::test_of_its_second_time" in second.stdout
+    assert "passed at attempt 2: test_cases.py::test_of_its_end" in second.stdout
     assert sorted((project / "calls").read_text().split()) == ["end", "end", "first", "second", "second"]
 
 
@@ -100,3 +101,21 @@ def test_a_line_that_was_cut_off_counts_for_nothing(project: Path) -> None:
     record.write_text("\n".join(line.rsplit("\t", 1)[0] for line in lines))
     sitting(project)
     assert (project / "calls").read_text().split().count("first") == 2
+
+
+@pytest.mark.parametrize("options", [("-p", "no:xdist"), ("-n", "1")], ids=["alone", "worker"])
+def test_a_test_that_ends_its_process_counts_as_an_attempt(project: Path, options: tuple[str, ...]) -> None:
+    body = "import os\nfrom pathlib import Path\n\n\ndef test_of_a_kill():\n    if not Path('calls').exists():\n"
+    (project / "test_cases.py").write_text(f"{body}        Path('calls').write_text('once')\n        os._exit(3)\n")
+    assert sitting(project, *options).returncode != pytest.ExitCode.OK
+    second = sitting(project, *options)
+    assert second.returncode == pytest.ExitCode.OK, second.stdout
+    assert "passed at attempt 2: test_cases.py::test_of_a_kill" in second.stdout
+
+
+def test_without_git_it_says_so(project: Path) -> None:
+    shutil.rmtree(project / ".git")
+    refused = sitting(project)
+    assert refused.returncode == pytest.ExitCode.USAGE_ERROR
+    assert "git has to list the files" in refused.stderr
+    assert not (project / "build").exists()
