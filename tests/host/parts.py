@@ -106,6 +106,16 @@ class Moody(Component):
         return tick
 
 
+class Deaf(Component):
+    """Hangs, and takes no notice of the signal that asks where."""
+
+    @service("ignore")
+    def ignore(self, tick: Tick) -> Tick:
+        signal.signal(signal.SIGABRT, signal.SIG_IGN)
+        time.sleep(3600)
+        return tick
+
+
 class Tidy(Component):
     """Counts what a collection of garbage looks through."""
 

@@ -11,11 +11,15 @@ from regraft.host.runs.managed_process import ManagedProcess
 from regraft.host.watchdog.memory_use import MemoryUse
 from regraft.host.watchdog.watchdog import Watchdog
 from regraft.host.zygote.zygote import Zygote
+from regraft.patience import stretched
 
 LOOK_INTERVAL = 0.05
 """Seconds between two looks at what each process does."""
-SAY_WHERE_TIMEOUT = 0.1
-"""Seconds that a hung process has to write into its log where it hangs, before it is killed by force."""
+SAY_WHERE_TIMEOUT = 1.0
+"""Seconds that a hung process has to write into its log where it hangs, before it is killed by force.
+
+More on a crowded machine. A process that does so ends by itself, so nobody waits for these seconds.
+"""
 
 
 class ProcessMonitor:
@@ -66,7 +70,8 @@ class ProcessMonitor:
         text = f"{name} gives no sign of life: {managed.why_killed} ({account})"
         self._publisher.event("component.hung", name, text, scheduled=managed.held_until is not None)
         self._zygote.signal(managed.pid, signal.SIGABRT)
-        managed.kill_at = now + SAY_WHERE_TIMEOUT
+        self._zygote.signal(managed.pid, signal.SIGCONT)  # one that was stopped takes the signal before it
+        managed.kill_at = now + stretched(SAY_WHERE_TIMEOUT)
 
     def _judge_memory(
         self, now: float, processes: Sequence[ManagedProcess], limits: Callable[[ComponentSpec], Limits]

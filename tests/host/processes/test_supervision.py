@@ -27,6 +27,7 @@ MOODY = "  moody: {class: 'tests.host.parts:Moody'}\n"
 TOGETHER = """\
   tidy: {class: 'tests.host.parts:Tidy'}
   stalling: {class: 'tests.host.parts:Stalling'}
+  deaf: {class: 'tests.host.parts:Deaf'}
   dying: {class: 'tests.host.parts:Stillborn', restart: {limit: 3, window: 30, backoff: 0.01}}
   never:
     class: tests.host.parts:Moody
@@ -194,9 +195,14 @@ def test_a_hung_loop_is_found_and_restarted_and_its_log_says_where_it_hung(syste
         again = system.wait_running("moody", incarnation)
         assert "hung" in again.exit_reason
         lines = system.client.logs("moody")
-        # A process that is stopped cannot say where.
-        assert how == "stop" or any('parts.py", line' in line and line.endswith(f"in {how}") for line in lines)
+        assert any('parts.py", line' in line and line.endswith(f"in {how}") for line in lines)
     assert len(system.said("component.hung", "moody")) == 3
+
+
+def test_a_hung_process_that_ignores_the_signal_is_killed_by_force(system: System) -> None:
+    system.wait_running("deaf")
+    _ask(system, "deaf", "ignore")
+    assert "hung" in system.wait_running("deaf", 2).exit_reason
 
 
 def test_whoever_waits_for_the_disk_is_not_hung_and_it_is_said(system: System) -> None:
