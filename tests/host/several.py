@@ -102,7 +102,14 @@ class Site:
         return told()
 
     def host_of(self, name: str) -> str | None:
-        """Return where a component runs."""
+        """Return where a component runs, as reported of the run that is alive."""
+
+        def reported() -> bool:
+            seen = self.system.client.components()[name]
+            of = seen.process.incarnation if seen.process else None
+            return not seen.alive or (seen.status is not None and of == seen.status.incarnation)
+
+        wait_until(reported, f"a host to report {name}")
         return self.system.client.components()[name].host
 
     def adapt(self, *changes: object) -> AdaptationReport:
