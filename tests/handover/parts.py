@@ -13,6 +13,9 @@ from regraft.bus_schema.annotations import Count, PlainValue
 from regraft.bus_schema.encoding.registry import message
 from tests.support.waiting import PATIENCE
 
+UNWANTED = 99
+"""Steps that some do not continue from."""
+
 
 @message("handover_tests/Item")
 @dataclass(frozen=True, slots=True)
@@ -165,6 +168,30 @@ class Unable(Totaller):
 
     def restore(self, state: PlainValue) -> None:
         raise ValueError("not this one")
+
+
+class Choosy(Totaller):
+    """Does not take every state, and notices it in the middle."""
+
+    def restore(self, state: PlainValue) -> None:
+        self.total = -1
+        if state["steps"] == UNWANTED:
+            raise ValueError("not this one")
+        super().restore(state)
+
+
+class ChoosyHolder(Choosy):
+    """Releases what it holds before another run continues."""
+
+    exclusive = True
+
+
+class Tired(Totaller):
+    """Takes every state, and does not begin with each."""
+
+    def on_activate(self) -> None:
+        if self.steps == UNWANTED:
+            raise ValueError("too many steps")
 
 
 class Sink(Component):

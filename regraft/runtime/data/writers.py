@@ -357,6 +357,12 @@ class Writers:
             if key in self.open_keys:
                 self.open_keys[key].sequence = max(sequence, self.open_keys[key].sequence)
 
+    def go_back_to(self, numbering: dict[str, int]) -> None:
+        """Number again as of then: what was put meanwhile will be put again, and dropped as repeats."""
+        self._numbering |= numbering
+        for key in numbering.keys() & self.open_keys.keys():
+            self.open_keys[key].sequence = numbering[key]
+
     def speak_as(self, identity: Identity, *, mute: bool = False) -> None:
         """Put as ``identity`` from now on; ``mute`` lets markers pass and everything else go nowhere."""
         self.flush()

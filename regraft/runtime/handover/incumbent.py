@@ -9,7 +9,7 @@ from typing import Any
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.protocol.control import ControlCode
 from regraft.bus_schema.messages.protocol.handover import HandedOver, Handover, HandoverOffer, Role
-from regraft.bus_schema.model.lifecycle import State, Transition
+from regraft.bus_schema.model.lifecycle import State
 from regraft.runtime.core.pending import Pending
 from regraft.runtime.core.refusal import ControlRefused
 from regraft.runtime.data.replay_buffer import First
@@ -49,7 +49,7 @@ class Incumbent:
         self._standing = standing
         self._barred = 0
         self._frozen_at = 0
-        self._let_go: HandedOver | None = None
+        self._own: HandedOver | None = None
         self._keeps_state = True
 
     def prepare(self, asked: Handover) -> HandoverOffer:
@@ -111,7 +111,7 @@ class Incumbent:
         parts = self._parts
         if parts.stepped and not self._has_all(asked.first):
             raise ControlRefused(ControlCode.FAILED, "some of the messages that this run was sent have not come yet")
-        self._let_go, self._keeps_state = None, True
+        self._own, self._keeps_state = None, True
         self._frozen_at = parts.clock.now()
         self._finish_answers()
         while (item := parts.inbox.get(0.0)) is not None:
@@ -126,30 +126,38 @@ class Incumbent:
         self._standing.step_aside()
         self._standing.show()
         if type(parts.component).is_exclusive():
-            self._let_go = self._for_itself(with_state=asked.with_state)
+            self.keep_own(with_state=asked.with_state)
             self._lifecycle.let_go()
         return payload
 
     def _handed_over(self, asked: Handover) -> HandedOver:
-        if self._let_go is not None:
-            return self._let_go
+        if self._own is not None:
+            return self._own
         held, first = self._standing.held, asked.first
         return self._transfer.hand_over(held, first, self._frozen_at, with_state=asked.with_state)
 
-    def _for_itself(self, *, with_state: bool) -> HandedOver:
-        """Return what this run continues from, should it take hold again; without a state if it cannot give one.
+    def keep_own(self, *, with_state: bool = False) -> None:
+        """Keep what this frozen run continues from, should it resume; without a state if it cannot give one.
 
-        A successor that does without the state may be wanted just because of that.
+        To be called before its state changes: it releases its resources, or takes another state in. A successor that
+        does without the state may be wanted just because this run cannot give one.
         """
+        if self._own is not None:
+            return
         parts, held, since = self._parts, self._standing.held, self._frozen_at
         try:
-            return self._transfer.hand_over(held, {}, since)
+            self._own = self._transfer.hand_over(held, {}, since)
         except Exception as error:
             if with_state:
                 raise
             parts.reporter.fault("snapshot", error)
             self._keeps_state = False
-            return self._transfer.hand_over(held, {}, since, with_state=False)
+            self._own = self._transfer.hand_over(held, {}, since, with_state=False)
+
+    def forget_own(self) -> None:
+        """Forget what this run had when it was frozen: it has taken over from its successor."""
+        self._own = None
+        self._standing.forget_overheard()
 
     def _finish_answers(self) -> None:
         """Let what was begun for a message or request finish: that takes replies and time, nothing else."""
@@ -191,7 +199,7 @@ class Incumbent:
             raise ControlRefused(ControlCode.REFUSED, problem)
         if asked.incarnation:
             self._standing.become(asked.incarnation)
-        failed = self._take_hold_again() if self._let_go is not None else None
+        failed = self._continue_from(self._own) if self._own is not None else None
         self._transfer.speak(parts.identity.epoch)
         self._standing.be_live()
         parts.reporter.beat()
@@ -201,15 +209,15 @@ class Incumbent:
             raise ControlRefused(ControlCode.FAILED, f"{failed}; now {parts.state.value}")
         return {}
 
-    def _take_hold_again(self) -> Exception | None:
-        """Continue from what this run itself had handed over before; returns why it could not."""
-        parts, handed, self._let_go = self._parts, self._let_go, None
-        assert handed is not None, "only a run that has released takes hold again"
+    def _continue_from(self, own: HandedOver) -> Exception | None:
+        """Continue from what this run itself had when it was frozen; returns why it could not."""
+        self._own = None
+        self._parts.writers.go_back_to(own.writes)
         try:
-            self._lifecycle.perform(Transition.CONFIGURE)
-            self._transfer.take_over(handed, self._standing.held, with_state=self._keeps_state)
+            self._lifecycle.reach(State.INACTIVE)
+            self._transfer.take_over(own, self._standing.held, with_state=self._keeps_state)
         except Exception as error:
-            parts.reporter.fault("resuming", error)
+            self._parts.reporter.fault("resuming", error)
             return error
         return None
 

@@ -76,8 +76,8 @@ class HandoverProtocol:
     ) -> None:
         self._fence = fence
         self._standing = standing
-        self._successor = Successor(parts, lifecycle, connections, transfer, answering, standing)
         self._incumbent = Incumbent(parts, lifecycle, transfer, answering, standing, take)
+        self._successor = Successor(parts, lifecycle, connections, transfer, answering, standing, self._incumbent)
         self._steps: dict[HandoverStep, Callable[[Handover], object]] = {
             HandoverStep.READ: lambda _: {},
             HandoverStep.PREPARE: self._incumbent.prepare,

@@ -75,9 +75,14 @@ class Standby:
                 seen = Stream(envelope.epoch, envelope.incarnation, envelope.sequence)
                 self._saw_marker(sample.key, envelope.source, seen)
             elif envelope.source == parts.assignment.name and envelope.epoch == parts.identity.epoch:
-                self._overheard[sample.key] = max(envelope.sequence, self._overheard.get(sample.key, 0))
+                self.overhear({sample.key: envelope.sequence})
         if parts.inbound.consumer_of(sample.key) is not None:
             self.held.add(sample, envelope)
+
+    def overhear(self, numbering: dict[str, int]) -> None:
+        """Note how far the successor has numbered."""
+        for key, sequence in numbering.items():
+            self._overheard[key] = max(sequence, self._overheard.get(key, 0))
 
     def _listen_to_successor(self) -> None:
         """Hear how far the successor numbers what it writes in this component's name."""
@@ -124,10 +129,13 @@ class Standby:
         parts.presence.listen_for_control()
         parts.requests.go_on_from(parts.requests.asked + NUMBERS_LEFT_OUT)
 
-    def forget(self) -> None:
+    def end_former(self) -> None:
         """End what was frozen, without a word to anybody: another state is about to be restored."""
         if self._parts.state is State.ACTIVE:
             self._lifecycle.perform(Transition.DEACTIVATE)
+
+    def forget_overheard(self) -> None:
+        """Forget how far the successor has numbered: this run continues there."""
         self._overheard.clear()
 
     def leave(self) -> None:

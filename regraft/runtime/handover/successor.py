@@ -20,6 +20,7 @@ from regraft.runtime.core.assignment import Succession
 from regraft.runtime.core.pending import Pending
 from regraft.runtime.core.refusal import ControlRefused
 from regraft.runtime.data.writers import Identity
+from regraft.runtime.handover.incumbent import Incumbent
 from regraft.runtime.handover.standby import Standby
 from regraft.runtime.handover.transfer import Transfer
 from regraft.runtime.lifecycle.answering import Answering
@@ -35,7 +36,7 @@ TAKE_OVER_TIMEOUT = 1.0
 
 
 class Successor:
-    """A run that may take over. ``problems`` keep it from that."""
+    """A run that may take over. ``problems`` keep it from that. ``incumbent`` is its own part as one."""
 
     def __init__(
         self,
@@ -45,6 +46,7 @@ class Successor:
         transfer: Transfer,
         answering: Answering,
         standing: Standby,
+        incumbent: Incumbent,
     ) -> None:
         self.problems: tuple[str, ...] = ()
         self._parts = parts
@@ -53,6 +55,7 @@ class Successor:
         self._transfer = transfer
         self._answering = answering
         self._standing = standing
+        self._incumbent = incumbent
         self._offer: HandoverOffer | None = None
         self._attempt = 0
         self._outcome: dict[str, Any] | ControlRefused | None = None
@@ -121,7 +124,9 @@ class Successor:
         """Pull from the incumbent and go live; the answer comes then."""
         if self._standing.role is Role.LIVE:
             return {}
-        if self.problems:
+        if self._standing.role is Role.FROZEN:
+            self.problems = ()  # those of another attempt
+        elif self.problems:
             raise ControlRefused(ControlCode.REFUSED, *self.problems)
         self._outcome = None
         self._attempt += 1
@@ -191,9 +196,11 @@ class Successor:
 
     def _take_in(self, handed: HandedOver) -> dict[str, object]:
         parts = self._parts
-        with_state = True
-        if self._standing.role is Role.FROZEN:
-            self._standing.forget()  # and keep the previous values: the successor's went with it
+        with_state, returns = True, self._standing.role is Role.FROZEN
+        if returns:
+            self._incumbent.keep_own()
+            self._standing.overhear(handed.writes)
+            self._standing.end_former()  # and keep the previous values: the successor's went with it
         else:
             with_state = self._succession.with_state
             if self._offer is not None and self._offer.cls == class_path(type(parts.component)):
@@ -201,6 +208,8 @@ class Successor:
         if parts.state is State.UNCONFIGURED:
             self._lifecycle.perform(Transition.CONFIGURE)
         silent = self._transfer.take_over(handed, self._standing.held, with_state=with_state)
+        if returns:
+            self._incumbent.forget_own()
         return {"silent": silent / 1e9, "left_over": len(handed.unhandled)}
 
     def _go_live(self, begin: Callable[[], dict[str, object]], asked: Handover) -> None:
