@@ -161,6 +161,7 @@ class ComponentObserver(Component):
         known = self._remembered | self.snapshot()
         self._conditions = {component: Condition(known.get(component)) for component in self._names}
         self._fitness = list(self._known_fitness(known))
+        self._published: set[str] = set()
         self._topics: dict[str, set[str]] = {}
         self._seen_architecture: Architecture | None = None
         self._began = self.kit.now()
@@ -192,7 +193,8 @@ class ComponentObserver(Component):
             if changed:
                 self._report(component, condition)
             # Where the evidence has just turned, a reader that sees it itself would be led back.
-            if changed or (repeats and condition.is_certain):
+            if changed or (condition.is_certain and (repeats or component not in self._published)):
+                self._published.add(component)
                 self._publish(self._names[component], condition, now)
 
     def evaluate(self) -> dict[str, float]:

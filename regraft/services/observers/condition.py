@@ -52,14 +52,15 @@ class Condition:
         self.status = ComponentStatus(known.get("status", ""))
         self.why: str = known.get("why", "")
         self._sensor: str = known.get("sensor", "")
+        self._has_evidence = False
         self._differs_since: float | None = None
         self._active_since: float | None = None
         self._idle_since: float | None = None
 
     @property
     def is_certain(self) -> bool:
-        """Whether the latest evidence agrees with the status."""
-        return self.status is not ComponentStatus.UNKNOWN and self._differs_since is None
+        """Whether the latest evidence agrees with the status; what was remembered is not certain without any."""
+        return self._has_evidence and self.status is not ComponentStatus.UNKNOWN and self._differs_since is None
 
     def remembered(self) -> PlainValue:
         """Return what a further run of the observer continues with."""
@@ -76,6 +77,7 @@ class Condition:
             life = Evidence(False)
         if self._sensor and not life.failed:
             life = Evidence(True, self._sensor)
+        self._has_evidence = self._has_evidence or life.failed is not None
         if life.failed is False and self.status is ComponentStatus.UNKNOWN:
             self.status = ComponentStatus.NORMAL
             return True

@@ -238,6 +238,22 @@ def test_a_further_run_continues_with_what_the_earlier_one_knew(seen: Scene) -> 
     assert ("camera", "RECOVERED") in seen.statuses()
 
 
+def test_a_further_run_repeats_what_the_earlier_one_knew_only_with_evidence(seen: Scene) -> None:
+    earlier = seen.rig.runtimes["observer"].component
+    assert isinstance(earlier, ComponentObserver)
+    known = earlier.snapshot()
+    seen.rig.transition("observer", Transition.DEACTIVATE)
+    seen.faults["camera"] = SystemFaultKind.FAILED
+    given = {"observed": earlier.observed, "period": 1000.0}
+    later = seen.rig.add(ComponentObserver, "later", given, state=State.INACTIVE)
+    later.restore(known)
+    seen.rig.transition("later", Transition.ACTIVATE)
+    seen.news()
+    seen.rig.advance(1.0)
+    seen.run(1.5)
+    assert seen.statuses() == [("laser", "TRUE"), ("camera", "FALSE")]
+
+
 def test_it_measures_how_many_have_failed(seen: Scene) -> None:
     seen.faults = {"camera": SystemFaultKind.DIED, "laser": SystemFaultKind.HUNG}
     measured = seen.rig.collect_qualities("observer")
