@@ -252,6 +252,19 @@ def test_the_last_message_is_there_after_its_writer_has_stopped(steps: StepSite)
     assert steps.told().reproducible
 
 
+def test_a_component_that_ends_makes_nothing_that_nobody_has_opened(steps: StepSite) -> None:
+    steps.start(LazyEye, "eye")
+    steps.start(Watcher, "viewer")
+    steps.start_world(LazyWorld, ("eye", "viewer"), 1.9)
+    steps.wait_finished()
+    eye: LazyEye = steps.component("eye")
+    made = list(eye.made)
+    steps.runtimes["eye"].post(lambda: steps.runtimes["eye"].lifecycle.reach(State.FINALIZED))
+    wait_until(lambda: steps.runtimes["eye"].state is State.FINALIZED, "the eye to end")
+    assert eye.made == made
+    assert steps.runtimes["eye"].reporter.status.error == ""
+
+
 def test_a_reader_of_a_writer_that_was_killed_keeps_what_it_has_seen(steps: StepSite) -> None:
     steps.start(Eye, "eye")
     steps.start(Watcher, "viewer")

@@ -110,7 +110,7 @@ class Lifecycle:
 
     def _shutdown(self, state: State) -> None:
         if state is State.ACTIVE:
-            self._stop_acting("the component is shutting down")
+            self._stop_acting("the component is shutting down", can_be_asked=False)
             self._parts.component.on_deactivate()
         self._parts.component.on_shutdown()
         self.disconnect()
@@ -133,9 +133,13 @@ class Lifecycle:
         if checkpoint is not None:
             restore_state(self._parts.component, checkpoint.state, checkpoint.version)
 
-    def _stop_acting(self, why: str) -> None:
+    def _stop_acting(self, why: str, *, can_be_asked: bool = True) -> None:
         parts = self._parts
-        parts.writers.make_last_deferred()
+        # What a message is made of may have ended with the system: a process that ends makes none for later readers.
+        if can_be_asked:
+            parts.writers.make_last_deferred()
+        else:
+            parts.writers.flush()
         self._connections.pause()
         parts.timers.stop_all()
         for server in parts.servers:
