@@ -135,7 +135,7 @@ class Lifecycle:
 
     def _stop_acting(self, why: str, *, can_be_asked: bool = True) -> None:
         parts = self._parts
-        # What a message is made of may have ended with the system: a process that ends makes none for later readers.
+        # A process that ends makes no message for later readers: the system may be ending, and all that it is made of.
         if can_be_asked:
             parts.writers.make_last_deferred()
         else:
