@@ -106,21 +106,25 @@ class Battery(Component):
         self._charging = False
 
     def on_activate(self) -> None:
-        """Begin to draw now: nothing was drawn while this was inactive."""
-        self._until = self.kit.now()
+        """Begin to draw now, or from where a restored account ends."""
+        if self._until is None:
+            self._until = self.kit.now()
+
+    def on_deactivate(self) -> None:
+        """Draw nothing from now on."""
+        self._until = None
 
     @every(hz=2.0)
     def account(self) -> None:
         """Book what was drawn and charged since the last time, and publish the state."""
         now = self.kit.now()
         since = now if self._until is None else self._until
-        spent = {
-            "motion": self._motion_energy(since, now),
-            **{consumer.name: consumer.power * (now - since) for consumer in self.consumers},
-        }
+        spent = {"motion": self._motion_energy(since, now)}
+        for consumer in self.consumers:
+            spent[consumer.name] = spent.get(consumer.name, 0.0) + consumer.power * (now - since)
         lost = self._drained(now)
         if lost > 0.0:
-            spent[DRAIN] = lost * (now - since)
+            spent[DRAIN] = spent.get(DRAIN, 0.0) + lost * (now - since)
         for use in self.energy.take():
             spent[use.consumer] = spent.get(use.consumer, 0.0) + use.energy
         self._until = now

@@ -9,6 +9,7 @@ from regraft.bus_schema.messages.geometry import Pose, Twist
 from regraft.bus_schema.messages.health import Diagnostic, Level, SensorFault, SensorHealth, SystemStatus
 from regraft.bus_schema.messages.power import BatteryState, ChargerState, EnergyUse, PowerDraw
 from regraft.bus_schema.messages.sensors import LightLevel, Odometry
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.services.battery import Battery
 from regraft.services.lighting import Lighting, darkness_at
 from regraft.services.power_model import motion_power, total_power
@@ -107,11 +108,33 @@ def test_a_restored_battery_is_no_fuller_and_pays_for_the_time_between() -> None
         rig.advance(10.0)
         state = battery.snapshot()
     with Rig(start=12.0) as rig:
-        successor = rig.add(Battery)
+        successor = rig.add(Battery, state=State.INACTIVE)
         successor.restore(state)
+        rig.transition("battery", Transition.ACTIVATE)
         states = rig.collect("battery", BatteryState)
         rig.advance(1.0)
     assert states[-1].energy == pytest.approx(20_000.0 - 13.0 * 7.14)
+
+
+def test_an_inactive_battery_is_not_drawn_from() -> None:
+    with Rig() as rig:
+        rig.add(Battery)
+        rig.advance(1.0)
+        rig.transition("battery", Transition.DEACTIVATE)
+        rig.advance(10.0)
+        rig.transition("battery", Transition.ACTIVATE)
+        states = rig.collect("battery", BatteryState)
+        rig.advance(1.0)
+    assert states[-1].energy == pytest.approx(20_000.0 - 2.0 * 7.14)
+
+
+def test_all_consumers_of_one_name_are_drawn() -> None:
+    consumers = [{"name": name, "power": power} for name, power in (("camera", 2.0), ("camera", 3.0), ("motion", 5.0))]
+    with Rig() as rig:
+        rig.add(Battery, parameters={"motion_power": [10.0], "consumers": consumers})
+        draws = rig.collect("power", PowerDraw)
+        rig.advance(2.0)
+    assert draws[-1].consumers == pytest.approx({"motion": 15.0, "camera": 5.0})
 
 
 def charging(rig: Rig, connected: bool, seconds: float, power: float = 20.0) -> None:

@@ -162,7 +162,9 @@ class ObjectiveDecorator(Decorator):
             if report.answer is None or report.answer.progress is Progress.INPROGRESS:
                 goal.cancel()
         is_late = self.runtime.clock.now() >= self._until - AT_ONCE
-        return self._result if goal.is_over or is_late else RUNNING
+        # A goal that was lost is over, too: then the report alone ends the objective.
+        has_ended = goal.is_over and (goal.result is not None or self._report is None)
+        return self._result if has_ended or is_late else RUNNING
 
     def _of_end(self, ended: ObjectiveStatus) -> Status:
         """Return what the end of the objective means that nobody in this tree has asked for."""

@@ -107,6 +107,7 @@ class ObjectiveGoal:
     def report(self, text: str, timeout: float) -> Asked[ObjectiveStatus]:
         """Report a result of the skill; the goal is not asked for again from then on."""
         self._is_ending = True
+        self.again_at = None
         service = SHARED + planner_service(self._planner, REPORT)
         return self._context.call(service, ProgressReport(self.name, text), ObjectiveStatus, timeout=timeout)
 
