@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ipaddress
 import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -22,6 +23,8 @@ from regraft.security.system_secret import BadSecret
 DAYS = 825
 """Days that a certificate is valid: the longest that today's TLS libraries all accept."""
 ALWAYS = ("localhost", "127.0.0.1", "::1")
+HOST_NAME = re.compile(r"[A-Za-z0-9_*]([A-Za-z0-9_.*-]{0,252})")
+"""Names that a certificate may have for a host, wildcards included (RFC 1123; underscores are common in labs)."""
 
 
 class CannotMake(Exception):
@@ -32,7 +35,7 @@ def make(folder: Path, names: Sequence[str], addresses: Sequence[str] = ()) -> l
     """Make a certificate for each host, and what is missing of authority and secret; returns the files written.
 
     ``addresses`` are the names and IP addresses under which hosts reach each other, next to each host's name. A host
-    that has a certificate gets a new one.
+    that has a certificate gets a new one, or keeps it and its key if that fails.
 
     Raises:
         CannotMake: there is no ``openssl``, or it fails, or the folder cannot be written.
@@ -40,6 +43,8 @@ def make(folder: Path, names: Sequence[str], addresses: Sequence[str] = ()) -> l
     """
     for name in names:
         host_name(name)
+    for address in addresses:
+        _alternative(address)
     if "ca" in names:
         raise CannotMake("'ca' is the authority itself: choose another name for the host")
     if shutil.which("openssl") is None:
@@ -70,21 +75,22 @@ def _has_authority(folder: Path) -> bool:
 
 
 def _make_authority(folder: Path) -> list[Path]:
-    key, certificate = folder / "ca.key", folder / "ca.pem"
-    _make_key(key)
-    _openssl(
-        *("req", "-x509", "-new", "-key", str(key), "-days", str(DAYS), "-subj", "/CN=regraft lab"),
-        *("-addext", "basicConstraints=critical,CA:TRUE", "-addext", "keyUsage=critical,keyCertSign,cRLSign"),
-        *("-out", str(certificate)),
-    )
-    return [certificate, key]
+    with tempfile.TemporaryDirectory(dir=folder) as scratch:
+        key, certificate = Path(scratch) / "ca.key", Path(scratch) / "ca.pem"
+        _make_key(key)
+        _openssl(
+            *("req", "-x509", "-new", "-key", str(key), "-days", str(DAYS), "-subj", "/CN=regraft lab"),
+            *("-addext", "basicConstraints=critical,CA:TRUE", "-addext", "keyUsage=critical,keyCertSign,cRLSign"),
+            *("-out", str(certificate)),
+        )
+        return _put(folder, certificate, key)
 
 
 def _make_host(folder: Path, name: str, addresses: Sequence[str]) -> list[Path]:
-    key, certificate = folder / f"{name}.key", folder / f"{name}.pem"
-    _make_key(key)
-    with tempfile.TemporaryDirectory() as scratch:
+    with tempfile.TemporaryDirectory(dir=folder) as scratch:
+        key, certificate = Path(scratch) / f"{name}.key", Path(scratch) / f"{name}.pem"
         request, extensions = Path(scratch) / "request", Path(scratch) / "extensions"
+        _make_key(key)
         alternatives = ",".join(_alternative(address) for address in dict.fromkeys((name, *ALWAYS, *addresses)))
         extensions.write_text(
             f"subjectAltName={alternatives}\nbasicConstraints=CA:FALSE\nextendedKeyUsage=serverAuth,clientAuth\n"
@@ -95,19 +101,25 @@ def _make_host(folder: Path, name: str, addresses: Sequence[str]) -> list[Path]:
             *("-CAcreateserial", "-CAserial", str(Path(scratch) / "serial"), "-days", str(DAYS)),
             *("-extfile", str(extensions), "-out", str(certificate)),
         )
-    return [certificate, key]
+        return _put(folder, certificate, key)
+
+
+def _put(folder: Path, certificate: Path, key: Path) -> list[Path]:
+    """Put a pair that is complete into its place."""
+    return [made.replace(folder / made.name) for made in (certificate, key)]
 
 
 def _alternative(address: str) -> str:
     try:
         return f"IP:{ipaddress.ip_address(address)}"
     except ValueError:
+        if not HOST_NAME.fullmatch(address):
+            raise CannotMake(f"the address {address!r} is neither an IP address nor the name of a host") from None
         return f"DNS:{address}"
 
 
 def _make_key(path: Path) -> None:
     made = _openssl("genpkey", "-algorithm", "EC", "-pkeyopt", "ec_paramgen_curve:P-256")
-    path.unlink(missing_ok=True)
     descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
     with os.fdopen(descriptor, "w") as out:
         out.write(made)

@@ -175,7 +175,7 @@ def _plan(stack: Stack, duration: float | None, secret: str) -> HostPlan:
     return HostPlan(
         replace(architecture, components=components),
         folder,
-        stack.file.parent,
+        stack.folder,
         secrets.token_hex(8),
         free_endpoint(),
         secret,

@@ -17,9 +17,15 @@ SECONDS = 10
 
 
 @pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Run:
+def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of the undisturbed run."""
+    return tmp_path_factory.mktemp("undisturbed")
+
+
+@pytest.fixture(scope="module")
+def undisturbed(home: Path) -> Run:
     """Return a run that nobody else's runs nor adaptations disturbed."""
-    return run_frog(tmp_path_factory.mktemp("undisturbed"), SECONDS, "--speed", "max")
+    return run_frog(home, SECONDS, "--speed", "max")
 
 
 def test_a_run_closes_with_one_object_and_equal_seeds_give_equal_digests(undisturbed: Run, tmp_path: Path) -> None:
@@ -38,6 +44,13 @@ def test_a_run_closes_with_one_object_and_equal_seeds_give_equal_digests(undistu
     assert second.summary["digest"] == undisturbed.summary["digest"], second.errors
     assert second.summary["dropped"] == []
     assert other_seed.summary["digest"] != undisturbed.summary["digest"]
+
+
+def test_nothing_is_raised_in_a_run_nor_at_its_end(undisturbed: Run, home: Path) -> None:
+    assert undisturbed.code == 0, undisturbed.errors
+    logs = {log.stem: log.read_text() for log in (home / "frog" / "logs").glob("*.log")}
+    assert "camera" in logs
+    assert [name for name, text in logs.items() if "Traceback" in text] == []
 
 
 def test_the_ray_camera_takes_the_pictures_of_a_run(undisturbed: Run) -> None:

@@ -46,4 +46,6 @@ def why_not_free(address: str, port: int) -> str | None:
             probe.bind((address, port))
         except OSError as error:
             return (error.strerror or str(error)).lower()
+        except (OverflowError, UnicodeError):
+            return "no such address and port: a port is a number from 1 to 65535"
     return None

@@ -56,7 +56,7 @@ class IncludedFiles:
         return None
 
     def _read(self, file: Path, chain: tuple[Path, ...], found: dict[Path, Node], known: Collection[str]) -> None:
-        identity = file.resolve()
+        identity = Path(os.path.realpath(file))  # Path.resolve() raises an error at a circle of links
         document = self._document(file, identity)
         assert isinstance(document.value, dict)
         fields = dict(document.value)

@@ -62,6 +62,8 @@ def parse(text: str, file: str) -> Node:
         _fail_at(error, text, file)
     except RecursionError:
         fail(file, None, f"is nested too deeply: must have at most {DEEPEST} levels")
+    except (ValueError, OverflowError) as error:  # of numbers in escapes and directives, which PyYAML does not check
+        fail(file, None, f"is not YAML: it holds a number that is too large ({error})")
     if root is None:
         fail(file, None, "is empty: a stack needs at least 'system' and 'components'")
     conversion = _Conversion(file)

@@ -120,6 +120,24 @@ def test_keys_are_readable_by_their_owner_alone_and_the_authority_is_kept(tmp_pa
         make(tmp_path / "lab", ["arm"])
 
 
+@pytest.mark.parametrize("address", ["10.0.0.5,10.0.0.6", "two words", "name:7447", ""])
+def test_a_certificate_that_cannot_be_made_leaves_all_files_as_they_were(tmp_path: Path, address: str) -> None:
+    make(tmp_path, ["arm"])
+    before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
+    with pytest.raises(CannotMake, match="neither an IP address nor the name of a host"):
+        make(tmp_path, ["arm", "base"], [address])
+    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before
+
+
+def test_a_key_stays_with_its_certificate_when_openssl_fails(tmp_path: Path) -> None:
+    make(tmp_path, ["arm"])
+    (tmp_path / "ca.pem").write_text("no certificate")
+    before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
+    with pytest.raises(CannotMake, match="openssl x509"):
+        make(tmp_path, ["arm"])
+    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before
+
+
 def test_a_host_without_a_certificate_in_the_folder_is_told_how_to_make_one(tmp_path: Path) -> None:
     make(tmp_path, ["local"])
     with pytest.raises(NotSecure, match=f"edge.pem, edge.key.*regraft certificates {tmp_path} edge"):

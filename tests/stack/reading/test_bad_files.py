@@ -33,6 +33,13 @@ def test_pipe_is_refused_rather_than_waited_for(tmp_path: Path) -> None:
     assert problem.problem == "is not an ordinary file"
 
 
+def test_links_that_lead_in_a_circle_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "here.yaml").symlink_to(tmp_path / "there.yaml")
+    (tmp_path / "there.yaml").symlink_to(tmp_path / "here.yaml")
+    (problem,) = problems_of(tmp_path / "here.yaml")
+    assert problem.problem == "cannot be read: Too many levels of symbolic links"
+
+
 @pytest.mark.parametrize("text", ["", "\n\n", "# nothing but a remark\n", "---\n"])
 def test_empty_file_is_refused(tmp_path: Path, text: str) -> None:
     (problem,) = problems(tmp_path, text)
@@ -140,3 +147,9 @@ def test_deep_nesting_is_refused_whatever_limit_python_has(tmp_path: Path, text:
     finally:
         sys.setrecursionlimit(usual)
     assert problem.problem.startswith("is nested too deeply")
+
+
+@pytest.mark.parametrize("text", ['system: "\\UFFFFFFFF"\n', f"%YAML 1.{'9' * 5000}\n---\nsystem: a\n"])
+def test_numbers_that_yaml_cannot_hold_are_refused(tmp_path: Path, text: str) -> None:
+    (problem,) = problems(tmp_path, text)
+    assert problem.problem.startswith("is not YAML: it holds a number that is too large")
