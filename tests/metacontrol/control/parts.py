@@ -26,6 +26,7 @@ from regraft.bus_schema.messages.management.objectives import (
 )
 from regraft.bus_schema.model.adaptation import ADAPT, JOURNAL, AdaptationReport, AdaptationRequest, Change, EnterMode
 from regraft.bus_schema.model.lifecycle import State
+from regraft.patience import Patience
 from tests.adaptation.system import System
 from tests.support.waiting import PATIENCE
 
@@ -98,6 +99,16 @@ class Director(Component):
     async def wait(self, seconds: float) -> None:
         """Let some time pass."""
         await self.kit.sleep(seconds)
+
+    async def told(self, kind: str, *parts: str) -> list[str]:
+        """Return the texts of a kind of events as soon as the test, which listens beside the system, has the parts."""
+        patience = Patience(PATIENCE)
+        while True:
+            texts = [each.text for each in self.system.events if each.kind == kind]
+            if texts and all(any(part in text for text in texts) for part in parts):
+                return texts
+            assert not patience.is_over(), (kind, parts, texts)
+            await self.kit.sleep(0.05)
 
     async def adapt(self, *changes: Change) -> AdaptationReport:
         """Have changes carried out."""

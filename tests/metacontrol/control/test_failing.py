@@ -81,8 +81,7 @@ def test_a_disk_that_is_full_while_saving_does_not_end_the_loop(
 
     async def script(director: Director) -> None:
         await director.add(PATROL)
-        events = [each.text for each in director.system.events if each.kind == "metacontrol.reasoner_failed"]
-        assert any("could not be saved" in text for text in events)
+        await director.told("metacontrol.reasoner_failed", "could not be saved")
         reasoner.error = None
         await director.wait(1.0)
         assert (await director.status("patrol")).realization == "normal"
@@ -97,7 +96,7 @@ def test_a_rest_that_the_manager_refuses_is_announced_once_though_it_is_tried_ag
         await director.cancel("patrol", wait=False)
         await director.wait(2.0)
         refused = "constraints.0: at least one of laser, dock must be active, but none is"
-        events = [each.text for each in director.system.events if each.kind == "metacontrol.not_adapted"]
+        events = await director.told("metacontrol.not_adapted")
         assert events == [f"the adaptation manager has not changed what was asked for: {refused}"]
         assert len(await director.entered()) > 3
         assert director.states()["laser"] is State.ACTIVE

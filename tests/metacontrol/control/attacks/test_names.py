@@ -83,8 +83,7 @@ def test_the_knowledge_base_is_saved_with_names_of_any_characters(
         await director.add(replace(PATROL, name="grüße <&\"' {x} | ^ ` \\ %"))
         reasoner.error = error
         await director.wait(1.0)
-        events = [each.text for each in director.system.events if each.kind == "metacontrol.reasoner_failed"]
-        assert events
+        events = await director.told("metacontrol.reasoner_failed")
         assert "could not be saved" not in events[0]
 
     perform(tmp_path, script)
