@@ -30,6 +30,8 @@ ANSWER_TIMEOUT = 0.6
 """Seconds for which an answer is waited for before the next attempt."""
 GOODBYES = 5
 """How often it announces that it leaves, until that is answered: else it would count as lost."""
+GRACE_TO_BEGIN_AGAIN = 1.0
+"""Seconds that a run may take to end before it begins again by another spec."""
 PATIENCE = 60.0
 """Seconds without the first host after which a host gives up: it ends its components, and itself."""
 
@@ -113,6 +115,8 @@ class JoinedHost(Host):
         return self._held_until + GRACE if may_start_elsewhere else math.inf
 
     def _extend_leases(self) -> None:
+        for name in self._leases.keys() - {managed.spec.name for managed in self.all_processes()}:
+            self._leases.pop(name).close()
         for name, lease in self._leases.items():
             lease.extend(self._until(name))
 
@@ -232,8 +236,17 @@ class JoinedHost(Host):
             self._take_spec(spec)
         for run in joined.past:
             self._take_past(run)
+        for name in sorted(mine.keys() & set(joined.changed) - to_start):
+            self._begin_again(name)
         for name in sorted(to_start & mine.keys()):
             self.questions.start(codec.encode(StartComponent(name, term=self.term)))
         self._cut.clear()
         self._publisher.event("host.returned", self.plan.name, f"host {self.plan.name} is part of the system again")
         self._next_status = 0.0
+
+    def _begin_again(self, name: str) -> None:
+        """Have a component run by its spec: nobody knows what its run was given meanwhile."""
+        managed = self.processes[name]
+        if managed.has_process and not managed.stopping:
+            self.ask_to_end(managed, GRACE_TO_BEGIN_AGAIN)
+            managed.start_again = True

@@ -8,7 +8,7 @@ from dataclasses import replace
 from regraft.bus.interface import Bus, Presence, Sample
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import SchemaError
-from regraft.bus_schema.messages.protocol.host import LEAVE_OUT, HostStatus, OtherHost
+from regraft.bus_schema.messages.protocol.host import LEAVE_OUT, HostStatus, OtherHost, UpdateSpecs
 from regraft.bus_schema.messages.protocol.joining import (
     HostProof,
     JoinedSystem,
@@ -67,6 +67,11 @@ class PrimaryHost(Host):
         """Return how the host sees the others."""
         return self.others.status()
 
+    def take_update(self, update: UpdateSpecs) -> None:
+        """Take new specs as any host, and note who may not get them."""
+        super().take_update(update)
+        self.others.note(update)
+
     def _look(self) -> None:
         super()._look()
         self.others.look()
@@ -110,10 +115,11 @@ class PrimaryHost(Host):
 
     def _join(self, payload: bytes) -> JoinedSystem:
         asked = codec.decode(payload, JoinHost)
+        changed: tuple[str, ...] = ()
         self.others.check(asked)
         if asked.instance:
             self._witness.check(asked)
-            self.others.join(asked)
+            changed = self.others.join(asked)
         plan = self.plan
         return JoinedSystem(
             plan.run,
@@ -129,6 +135,7 @@ class PrimaryHost(Host):
             by_certificate=self._witness.wanted,
             references=plan.references,
             packages=packages(),
+            changed=changed,
         )
 
     def _renew(self, payload: bytes) -> Lease:

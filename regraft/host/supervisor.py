@@ -274,6 +274,9 @@ class Supervisor:
     def _take_spec(self, spec: ComponentSpec) -> None:
         managed = self.processes.get(spec.name)
         aside = self.standby_runs.processes.get(spec.name)
+        if managed is None and aside is not None and not aside.has_process:
+            self.standby_runs.forget(aside)  # its record would keep another run from being started
+            aside = None
         if managed is None and aside is not None and not aside.stopping:
             # The component comes back to the standby run; the adaptation that moves it decides when.
             aside.spec, aside.history.policy = spec.described_as(aside.spec), spec.restart

@@ -137,12 +137,16 @@ class HostStub:
         return tuple(spec for name, spec in self.specs.items() if name not in self.removed)
 
     def _say_status(self, query: MemoryQuery) -> None:
-        beside = tuple(self.beside.values())
+        beside, others = tuple(self.beside.values()), tuple(map(self._placed, self.others))
         query.reply(
-            codec.encode(
-                HostStatus("local", 0.0, 1, tuple(self.processes.values()), beside, self.others, term=self.term)
-            )
+            codec.encode(HostStatus("local", 0.0, 1, tuple(self.processes.values()), beside, others, term=self.term))
         )
+
+    def _placed(self, other: OtherHost) -> OtherHost:
+        """Return another host with the processes of what the architecture places there, as the first one reports it."""
+        components = self.architecture.components
+        here = [p for p in other.processes if p.component in components and components[p.component].host == other.host]
+        return replace(other, processes=tuple(here))
 
     def _describe(self, query: MemoryQuery) -> None:
         wanted = codec.decode(query.payload, DescribeComponent)

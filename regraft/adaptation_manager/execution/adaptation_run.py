@@ -106,6 +106,7 @@ class AdaptationRun:
             self._reported(outcome, self.transaction.steps, self.transaction.error),
             revision_after=self.plan.before.revision,
             violations=found,
+            unreached=self.context.unreached(self.report),
         )
         self.all_ended = not self.context.unfinished
         self.store.ended(self.report)

@@ -43,7 +43,8 @@ async def _undone(
     problems = [DAMAGED] if line.following is None or len(readable) < len(reports) else []
     following = line.following or UpdateSpecs(line.report.revision_after)
     after = following.applied_to(current)
-    problems += await undo(site_for(current, after), way(after, current), tuple(planned), readable)
+    context = site_for(current, after)
+    problems += await undo(context, way(after, current), tuple(planned), readable)
     undone = {step.number: step for step in readable}
     error = f"{INTERRUPTED}; could not be undone: {'; '.join(problems)}" if problems else INTERRUPTED
     return replace(
@@ -52,5 +53,6 @@ async def _undone(
         revision_after=line.report.revision_before,
         steps=tuple(undone.get(step.number, step) for step in reports),
         error=error,
+        unreached=context.unreached(line.report),
         broken=(Breach(BreachCode.INTERRUPTED, INTERRUPTED),) if line.report.outcome is Outcome.CONFIRMING else (),
     )

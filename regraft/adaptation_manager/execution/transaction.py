@@ -159,7 +159,8 @@ async def undo(
     """Undo the begun ones of ``steps`` in reverse; returns what could not be undone, in words. Updates ``steps``.
 
     Hosts get the former specs first: a component that restarts from here on is as before, and an added one does not
-    restart. In the end the components are read back: this, not their answers, shows what was undone.
+    restart. Those on a host that is not there are noted as out of reach. In the end the components are read back:
+    this, not their answers, shows what was undone.
     """
     problems = []
     context.revision = context.before.revision
@@ -174,10 +175,17 @@ async def undo(
         if step.state not in (StepState.STARTED, StepState.DONE, StepState.FAILED):
             continue
         problem = await _undo_step(context, planned[index], step.state)
+        context.note_reach(step.component)
         state = StepState.UNDO_FAILED if problem else StepState.UNDONE
         steps[index] = replace(step, state=state, error="; ".join(filter(None, (step.error, problem))))
         if problem:
             problems.append(f"{step.component}: {step.action}: {problem}")
+    if any(isinstance(step.undo, EndProcess) and step.component in context.before.components for step in planned):
+        # Hosts were to forget what had been started elsewhere: the first one knows the component no more.
+        try:
+            await _give(context, former)
+        except ControlFailed as error:
+            problems.append(f"the former specs: {error}")
     return problems + await _read_back(context, planned, steps)
 
 
@@ -214,7 +222,8 @@ async def _undo_step(context: ExecutionContext, step: PlannedStep, state: StepSt
     patience = Patience(context.bounds.undo)
     while True:
         if context.controls.living(step.component) is None and not isinstance(step.undo, OF_PROCESSES):
-            # Nothing of the step is left: if the process starts again, it does so from the former specs.
+            # Nothing of the step is left: if the process starts again, it does so from the former specs. On
+            # a host that is not there it may still run: it begins again as that host joins again.
             return ""
         try:
             await perform(context, step.undo)

@@ -16,6 +16,8 @@ from regraft.adaptation_manager.journal.write_back import WriteBack
 SIDES = ("", "-wal", "-shm")
 """The endings of the names of the file and of its side files."""
 
+LOCKED_TIMEOUT = 0.3
+"""Seconds for which a lock of another process is waited for: the manager is silent meanwhile."""
 MAX_TOLD = 10
 """Damaged rows that are named; of more, only the number is reported."""
 
@@ -42,7 +44,7 @@ class JournalFile:
         with self.told("cannot be opened"):
             if self.path:
                 Path(self.path).parent.mkdir(parents=True, exist_ok=True)
-            self.database = sqlite3.connect(self.path or ":memory:", timeout=1.0, isolation_level=None)
+            self.database = sqlite3.connect(self.path or ":memory:", timeout=LOCKED_TIMEOUT, isolation_level=None)
         try:
             with self.told("cannot be opened"):
                 self._prepare()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from regraft.adaptation_manager.targets.component_client import BESIDE, ComponentClient
 from regraft.adaptation_manager.targets.host_client import Hosts
 from regraft.bus_schema.messages.protocol.host import ProcessStatus
-from regraft.bus_schema.model.adaptation import Outcome
+from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome, Unreached
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ class ExecutionContext:
 
     ``state_lost`` are the components that continue without what they knew last: the previous run was lost.
     ``tolerated`` are those that failed where they were to do less, and are left as they are; ``left_down`` those that
-    did so in an undo.
+    did so in an undo. ``out_of_reach`` are those on hosts that were not there then: they are as before once it is back.
     ``unfinished`` is set if something is left that could not be ended: it does nothing, and is ended once its host
     answers.
     """
@@ -49,6 +49,7 @@ class ExecutionContext:
     state_lost: set[str] = field(default_factory=set)
     tolerated: set[str] = field(default_factory=set)
     left_down: set[str] = field(default_factory=set)
+    out_of_reach: dict[str, Unreached] = field(default_factory=dict)
     unfinished: bool = False
 
     def start_within(self, spec: ComponentSpec) -> float:
@@ -65,6 +66,18 @@ class ExecutionContext:
     def outcome(self) -> Outcome:
         """Return how an ended adaptation was described."""
         return Outcome.APPLIED_STATE_LOST if self.state_lost else Outcome.APPLIED
+
+    def note_reach(self, component: str) -> None:
+        """Note a component as out of reach if its host is not there."""
+        spec = self.before.components.get(component) or self.after.components.get(component)
+        if spec is not None and not self.hosts.is_there(spec.host):
+            code, why = self.hosts.how_not_there(spec.host), f"its {self.hosts.why_not_there(spec.host)}"
+            self.out_of_reach[component] = Unreached(component, code, spec.host, why)
+
+    def unreached(self, report: AdaptationReport) -> tuple[Unreached, ...]:
+        """Return what a report has as not reached, with what an undo did not reach."""
+        found = {each.component: each for each in report.unreached} | self.out_of_reach
+        return tuple(found[name] for name in sorted(found))
 
     async def refresh(self) -> None:
         """Ask the hosts which processes run now; the last report of a silent host holds. Raises ControlFailed."""

@@ -169,9 +169,10 @@ async def _stay(
         # It only waits, and will wait in vain: its host ends it if it is cut off, or is asked again later.
         context.kit.log.warning("%s: its successor has not ended yet: %s", name, error)
         context.unfinished = True
-    if successor is not None:
-        bar = Handover(HandoverStep.RESUME, successor.started_as)
-        await context.controls.hand_over(name, former.started_as, bar).view()
+    # A successor that has just ended may have asked already: what it asked for must not be done any more.
+    barred = max(former.max_incarnation, successor.started_as if successor is not None else 0)
+    bar = Handover(HandoverStep.RESUME, barred)
+    await context.controls.hand_over(name, former.started_as, bar).view()
     await _let_speak(context, name, action.host, former.started_as)
 
 

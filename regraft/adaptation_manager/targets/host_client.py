@@ -174,6 +174,14 @@ class Hosts:
             if process.component == component and process.state is not ProcessState.STOPPED
         ]
 
+    def which_know(self, component: str) -> list[str]:
+        """Return the hosts that reported a run of a component last, also one that has ended, and that answer."""
+        return [
+            host
+            for host, status in sorted(self._told.items())
+            if host not in self.silent and any(process.component == component for process in _all_of(status))
+        ]
+
     def where(self, process: ProcessStatus) -> str | None:
         """Return the host that reported a process last."""
         for host, status in self._told.items():
@@ -261,15 +269,17 @@ class Hosts:
         """Give an update to the hosts it concerns, without waiting for the answers; raises NoAnswer.
 
         A spec concerns its host, any other that has a run of the component, and the first one. The first one gives it
-        to a host that joins again. Topics and removed components concern all. An absent host gets them when it joins.
+        to a host that joins again. Topics and removed components concern all. A host that is not there gets them when
+        it joins, and has to if it is only silent.
         """
-        update = replace(update, term=self.term)
         of_all = update.removed or update.topics or update.removed_topics
         concerned = {*self.names} if of_all else {spec.host for spec in update.specs}
         if self.others and update.specs:
             concerned.add(FIRST)
         has_run = {spec.name: {host for host, _ in self.runs(spec.name)} for spec in update.specs}
         left = set().union(*has_run.values()) - concerned
+        not_told = tuple(sorted(host for host in concerned | left if not self.is_there(host)))
+        update = replace(update, term=self.term, not_told=not_told)
         updates = {}
         for host in filter(self.is_there, concerned | left):
             specs = tuple(spec for spec in update.specs if host in (spec.host, FIRST, *has_run[spec.name]))

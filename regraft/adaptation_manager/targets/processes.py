@@ -279,8 +279,8 @@ async def end_strangers(context: ExecutionContext, tell: Callable[[str, str], ob
     await context.refresh()
     known = {name for name in context.controls.processes if not name.endswith(BESIDE)}
     names = sorted(known - context.after.components.keys() - {context.kit.name})
-    hosts = [host for host in context.hosts.names if host not in context.hosts.silent]
-    ended = [await _end_or_tell(context, name, host, GRACE, tell) for name in names for host in hosts]
+    there = [(name, host) for name in names for host in context.hosts.which_know(name)]
+    ended = [await _end_or_tell(context, name, host, GRACE, tell) for name, host in there]
     return all(ended)
 
 

@@ -304,7 +304,7 @@ class UnreachedCode(Enum):
 @message("regraft/Unreached")
 @dataclass(frozen=True, slots=True)
 class Unreached:
-    """A component that an adaptation names, and that could not be asked as it was checked.
+    """A component that an adaptation names, and that could not be asked in its check, or in its undo.
 
     The architecture holds for it all the same: it gets it when it is back. ``why`` is in words.
     """
@@ -322,7 +322,8 @@ class AdaptationReport:
 
     ``revision_after`` of one that is being confirmed is that of the architecture that is not final yet. A dry run has
     the ``architecture`` that would result, and an ``estimate``. ``broken`` is what did not hold if it was not
-    confirmed. ``unreached`` are the components that it is about, and that did not answer as it was checked.
+    confirmed. ``unreached`` are the components that it is about, and that did not answer as it was checked; also those
+    on hosts that were not there as it was undone.
     """
 
     id: str

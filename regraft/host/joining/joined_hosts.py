@@ -8,11 +8,17 @@ is alone before the first host counts it as lost. By then it has ended what may 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from regraft.bus_schema.keys import host_name
 from regraft.bus_schema.messages.protocol.control import ControlCode
-from regraft.bus_schema.messages.protocol.host import HostStatus, OtherHost, ProcessState, ProcessStatus
+from regraft.bus_schema.messages.protocol.host import (
+    HostStatus,
+    OtherHost,
+    ProcessState,
+    ProcessStatus,
+    UpdateSpecs,
+)
 from regraft.bus_schema.messages.protocol.joining import PROTOCOL, JoinHost, Lease, RenewLease
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.hosts.host_state import HostState
@@ -39,6 +45,10 @@ class _Other:
     status: HostStatus | None = None
     ending: bool = False
     offer: HostOffer = NO_OFFER
+    given: set[str] = field(default_factory=set)
+    """The components of the updates since its last sign of life: if it falls silent, it may not have got them."""
+    missed: set[str] = field(default_factory=set)
+    """The components of updates that it may have missed: it gets them as it joins again."""
 
 
 def _process(pid: int) -> str:
@@ -86,8 +96,8 @@ class JoinedHosts:
             raise Refused(f"{problem} in {left:.1f} s", ControlCode.TIMED_OUT)
         raise Refused(f"a host {asked.host!r} has joined already{_process(other.pid)}: choose another --name")
 
-    def join(self, asked: JoinHost) -> None:
-        """Take a host in that has been checked."""
+    def join(self, asked: JoinHost) -> tuple[str, ...]:
+        """Take a host in that has been checked; returns the components of which it may have missed new specs."""
         other = self._others.setdefault(asked.host, _Other())
         back = other.instance == asked.instance
         other.state, other.instance, other.pid = HostState.JOINED, asked.instance, asked.pid
@@ -96,6 +106,10 @@ class JoinedHosts:
             self._tell("host.returned", asked.host, f"host {asked.host} is back")
         else:
             self._tell("host.joined", asked.host, f"host {asked.host} has joined{_process(asked.pid)}")
+        # The answer may be lost as well: until its next sign of life the host may still have missed them.
+        other.given |= other.missed
+        other.missed.clear()
+        return tuple(sorted(other.given))
 
     def knows(self, asked: RenewLease) -> bool:
         """Return whether a sign of life is one of a host that is part of the system."""
@@ -103,7 +117,7 @@ class JoinedHosts:
         return other is not None and other.instance == asked.instance and other.state in PRESENT
 
     def renew(self, asked: RenewLease, ending: bool) -> Lease:
-        """Take a sign of life; a host that is not known, or was taken for lost, has to join again."""
+        """Take a sign of life; a host that is not known, was taken for lost or missed an update has to join again."""
         if not self.knows(asked):
             return Lease(held=False, ending=ending)
         other = self._others[asked.host]
@@ -111,10 +125,20 @@ class JoinedHosts:
         if asked.leaving:
             other.state, other.status = HostState.LEFT, None
             self._tell("host.left", asked.host, f"host {asked.host} has left")
+        elif other.missed:
+            return Lease(held=False, ending=ending)
         elif other.state is HostState.SILENT:
             other.state = HostState.JOINED
             self._tell("host.returned", asked.host, f"host {asked.host} answers again")
+        other.given.clear()
         return Lease(held=True, ending=ending)
+
+    def note(self, update: UpdateSpecs) -> None:
+        """Note an update that others got, or are to get: a host may miss it, and all that concerns it after that."""
+        components = {*(spec.name for spec in update.specs), *update.removed}
+        for host, other in self._others.items():
+            missed = host in update.not_told or other.state is not HostState.JOINED
+            (other.missed if missed else other.given).update(components)
 
     # --- what is seen of them ---
 
@@ -148,6 +172,8 @@ class JoinedHosts:
 
     def _fall_silent(self, host: str, other: _Other) -> None:
         other.state = HostState.SILENT
+        other.missed |= other.given
+        other.given.clear()
         self._tell("host.silent", host, f"host {host} gives no sign of life{self._with(host)}")
 
     def _with(self, host: str) -> str:

@@ -38,17 +38,24 @@ class GrantedLease:
     def __init__(self, name: str, until: float) -> None:
         """Grant a lease to a component; raises OSError."""
         self._until = until
-        descriptor = os.memfd_create(f"lease of {name}")
-        self.path = f"/proc/{os.getpid()}/fd/{descriptor}"
+        self._descriptor = os.memfd_create(f"lease of {name}")
+        self.path = f"/proc/{os.getpid()}/fd/{self._descriptor}"
         """The file, for this machine's processes, as long as this one lives."""
-        os.pwrite(descriptor, UNTIL.pack(until), 0)
-        self._file = memoryview(mmap.mmap(descriptor, UNTIL.size)).cast("d")
+        os.pwrite(self._descriptor, UNTIL.pack(until), 0)
+        self._mapped = mmap.mmap(self._descriptor, UNTIL.size)
+        self._file = memoryview(self._mapped).cast("d")
 
     def extend(self, until: float) -> None:
         """Have it end at another time."""
         if until != self._until:
             self._until = until
             self._file[0] = until
+
+    def close(self) -> None:
+        """Keep it open no longer: nobody holds it."""
+        self._file.release()
+        self._mapped.close()
+        os.close(self._descriptor)
 
 
 class HeldLease:

@@ -10,7 +10,18 @@ from pathlib import Path
 import pytest
 
 from regraft.bus_schema.messages.protocol.host import ProcessState
-from regraft.bus_schema.model.adaptation import Add, Change, Move, Outcome, SetParameters, Swap
+from regraft.bus_schema.model.adaptation import (
+    AdaptationReport,
+    AdaptationRequest,
+    Add,
+    Change,
+    Move,
+    Outcome,
+    Remove,
+    SetParameters,
+    Swap,
+    UnreachedCode,
+)
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
 from regraft.bus_schema.model.hosts.host_state import HostState
 from tests.host.several import MOVE, TICKER, WAIT, Site
@@ -175,6 +186,54 @@ def test_a_partition_leaves_components_alone_that_wait_for_their_host(site: Site
     assert site.wait_active("ticker") == first
     assert site.pid("ticker") == pid, "the same run goes on"
     assert site.system.said("host.returned", "edge")
+
+
+def _hold_a_change(site: Site) -> str:
+    """Have a step of 4 set and watched over; returns the adaptation's id once all of it is done."""
+    request = AdaptationRequest((SetParameters("ticker", {"step": 4}),), confirm=20.0, wait=False)
+    report = site.system.client.call("adaptation_manager/adapt", request, AdaptationReport, PATIENCE)
+    wait_until(lambda: site.journal()[0].outcome is Outcome.CONFIRMING, "the change to be watched over")
+    assert site.system.client.view("ticker").parameters["step"] == 4
+    return report.id
+
+
+def test_a_host_that_is_silent_while_a_change_is_undone_is_told_as_it_answers_again(site: Site) -> None:
+    _, link = _joined_over_a_link(site, "{edge: {lost_after: 60}, arm: {}}")
+    first = site.wait_active("ticker")
+    _hold_a_change(site)
+    link.cut()
+    wait_state(site.system, "edge", HostState.SILENT)
+    wait_until(lambda: site.journal()[0].outcome is Outcome.ROLLED_BACK, "the change to be undone")
+    report = site.journal()[0]
+    assert [(each.component, each.code) for each in report.unreached] == [("ticker", UnreachedCode.HOST_SILENT)]
+    link.heal()
+    wait_state(site.system, "edge", HostState.JOINED)
+    assert site.wait_active("ticker", first) > first, "it begins again"
+    assert site.system.client.view("ticker").parameters["step"] == 1
+    assert not site.system.said("host.lost", "edge")
+
+
+def test_a_component_that_is_removed_while_its_host_is_silent_ends_as_that_answers_again(site: Site) -> None:
+    guest, link = _joined_over_a_link(site, "{edge: {lost_after: 60}, arm: {}}")
+    link.cut()
+    wait_state(site.system, "edge", HostState.SILENT)
+    assert site.adapt(Remove("ticker")).outcome is Outcome.APPLIED
+    link.heal()
+    wait_until(lambda: not children_without_zygote(guest), "the component to end")
+    assert not site.system.said("host.lost", "edge")
+
+
+def test_a_component_whose_change_was_undone_while_its_host_was_lost_begins_again(site: Site) -> None:
+    _, link = _joined_over_a_link(site, WAIT)
+    first, pid = site.wait_active("ticker"), site.pid("ticker")
+    _hold_a_change(site)
+    link.cut()
+    wait_state(site.system, "edge", HostState.LOST)
+    wait_until(lambda: site.journal()[0].outcome is Outcome.ROLLED_BACK, "the change to be undone")
+    assert exists(pid)
+    link.heal()
+    assert site.wait_active("ticker", first) > first
+    assert site.system.client.view("ticker").parameters["step"] == 1
 
 
 @pytest.mark.evidence

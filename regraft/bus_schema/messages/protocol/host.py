@@ -92,7 +92,8 @@ class UpdateSpecs:
     A spec without a description keeps the one that is known of its class: it is most of a spec, and never changes.
     Those in ``removed`` are not started any more, and forgotten once they are stopped; a spec takes that back.
     ``topics`` are added to the topic table or replaced there, ``removed_topics`` are not in it any more.
-    ``asked_modes`` are those that are asked for by then, None if they are as before.
+    ``asked_modes`` are those that are asked for by then, None if they are as before. ``not_told`` are hosts that it
+    concerns and that are not there: the first one has them join again.
     """
 
     revision: Count
@@ -102,6 +103,7 @@ class UpdateSpecs:
     topics: tuple[TopicSpec, ...] = ()
     removed_topics: tuple[str, ...] = ()
     asked_modes: dict[str, str] | None = None
+    not_told: tuple[str, ...] = ()
 
     def applied_to(self, architecture: Architecture) -> Architecture:
         """Return the architecture as it is with this update, and at its revision."""

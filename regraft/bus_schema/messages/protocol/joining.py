@@ -10,7 +10,7 @@ from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.hosts.offers import NO_OFFER, HostOffer
 
-PROTOCOL = 5
+PROTOCOL = 6
 """The version that hosts of one system must have in common: raised with every change that older ones would misread."""
 
 
@@ -76,7 +76,8 @@ class JoinedSystem:
     ``source`` is the component that makes simulated time continue, empty under the real clock. ``references`` has the
     values that components to come may refer to, by robot. ``lease`` is how long a
     sign of life of the joined host holds. ``by_certificate``: hosts have to prove who they are. ``packages`` has the
-    folders of the packages with installed stacks and robots.
+    folders of the packages with installed stacks and robots. ``changed`` are components of which the host may have
+    missed new specs: what runs of them begins again.
     """
 
     run: str
@@ -92,6 +93,7 @@ class JoinedSystem:
     by_certificate: bool = False
     references: dict[str, dict[str, PlainValue]] = field(default_factory=dict)
     packages: dict[str, str] = field(default_factory=dict)
+    changed: tuple[str, ...] = ()
 
 
 @message("regraft/RenewLease")

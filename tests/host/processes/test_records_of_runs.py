@@ -1,0 +1,119 @@
+"""What a host keeps of runs that have ended: nothing that keeps a component from being started, or that grows."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from regraft.bus.memory_bus import MemoryBus, MemoryHub
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.protocol.host import (
+    LetSpeak,
+    StartComponent,
+    StartSuccessor,
+    StopComponent,
+    UpdateSpecs,
+)
+from regraft.bus_schema.messages.protocol.joining import JoinedSystem
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.bus_schema.model.hosts.offers import NO_OFFER
+from regraft.host.host import Host
+from regraft.host.joined_host import JoinedHost
+from regraft.host.plan import HostPlan
+from regraft.host.zygote.zygote import Zygote
+from regraft.runtime.core.lease import now
+from regraft.security.host_proof import Seal
+
+HOME = ComponentSpec("ticker", cls="tests.host.parts:Ticker", host="local")
+AWAY = replace(HOME, host="edge")
+
+
+class NoProcesses(Zygote):
+    """Starts nothing: the test reports what became of a process."""
+
+    def __init__(self) -> None:
+        self.pid = 1
+        self.orders: list[tuple[str, int]] = []
+
+    def spawn(
+        self, assignment: Mapping[str, Any], folder: str, log: str, command: list[str] | None, files: int | None = None
+    ) -> None:
+        self.orders.append((assignment["name"], assignment["incarnation"]))
+
+    def signal(self, pid: int, signum: int) -> None:
+        pass
+
+
+def plan(name: str, *components: ComponentSpec) -> HostPlan:
+    specs = {spec.name: spec for spec in components}
+    architecture = Architecture("tests", 1, False, specs, {}, ("local", "edge"))
+    return HostPlan(architecture, Path("/run"), Path("/stack"), "run", "tcp/127.0.0.1:1", "secret", name=name)
+
+
+def ask(host: Host, verb: str, message: object) -> None:
+    host.questions.verbs[verb](codec.encode(message))
+
+
+def started(host: Host, name: str, incarnation: int, pid: int = 7) -> None:
+    host.zygote_reports({"started": pid, "name": name, "incarnation": incarnation})
+
+
+def ended(host: Host, name: str, incarnation: int, pid: int = 7) -> None:
+    host.zygote_reports({"ended": pid, "name": name, "incarnation": incarnation, "code": 1})
+
+
+@pytest.fixture
+def zygote() -> NoProcesses:
+    return NoProcesses()
+
+
+def test_a_component_can_be_started_where_its_successor_had_ended(zygote: NoProcesses) -> None:
+    edge = Host(plan("edge", HOME), MemoryBus(MemoryHub()), zygote)
+    ask(edge, "succeed", StartSuccessor(AWAY, 1, True, 1, 2))
+    started(edge, "ticker", 2)
+    ended(edge, "ticker", 2)
+    ask(edge, "specs", UpdateSpecs(2, (AWAY,), term=1))
+    ask(edge, "start", StartComponent("ticker", term=1))
+    edge.start_due()
+    assert zygote.orders == [("ticker", 2), ("ticker", 3)]
+
+
+def test_a_component_can_be_started_where_its_frozen_run_had_ended(zygote: NoProcesses) -> None:
+    local = Host(plan("local", HOME), MemoryBus(MemoryHub()), zygote)
+    ask(local, "start", StartComponent("ticker", term=1))
+    local.start_due()
+    started(local, "ticker", 1)
+    local.beats(local.processes["ticker"])
+    ask(local, "succeed", StartSuccessor(AWAY, 1, True, 1))
+    ask(local, "speak", LetSpeak("ticker", 2, None, 1, "edge"))
+    ended(local, "ticker", 1)
+    ask(local, "specs", UpdateSpecs(1, (HOME,), term=1))
+    ask(local, "start", StartComponent("ticker", term=1))
+    local.start_due()
+    assert [name for name, _ in zygote.orders] == ["ticker", "ticker"]
+    assert zygote.orders[1][1] > zygote.orders[0][1]
+
+
+def test_a_joined_host_keeps_no_lease_of_what_was_removed(zygote: NoProcesses) -> None:
+    empty = plan("edge")
+    joined = JoinedSystem("run", 1, 1, empty.architecture, 0, "", "/run", "/stack", 60.0)
+    seal = Seal()
+    edge = JoinedHost(empty, MemoryBus(MemoryHub()), zygote, joined, now(), "one", seal, NO_OFFER)
+    files = os.listdir("/proc/self/fd")
+    for number in range(1, 21):
+        name = f"ticker_{number}"
+        ask(edge, "specs", UpdateSpecs(number, (replace(AWAY, name=name),), term=1))
+        ask(edge, "start", StartComponent(name, term=1))
+        edge.start_due()
+        started(edge, name, 1)
+        ask(edge, "specs", UpdateSpecs(number, removed=(name,), term=1))
+        ask(edge, "stop", StopComponent(name, 0.0, 1))
+        ended(edge, name, 1)
+        edge.pump(0.0)
+    assert len(zygote.orders) == 20
+    assert len(os.listdir("/proc/self/fd")) == len(files)
