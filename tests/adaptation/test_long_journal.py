@@ -9,6 +9,7 @@ from contextlib import closing, contextmanager
 import pytest
 
 from regraft import CallFailed
+from regraft.adaptation_manager.execution import undo_changes
 from regraft.adaptation_manager.journal import revisions
 from regraft.bus_schema.messages.management.manager import ArchitectureRequest
 from regraft.bus_schema.model.adaptation import Outcome, SetParameters
@@ -90,6 +91,20 @@ def test_an_undo_reads_no_line_before_the_last_whole_architecture(system: System
     undone = system.undo(system.lines(limit=1).entries[0].id)
     assert undone.outcome is Outcome.APPLIED
     assert system.view("listener").parameters["gain"] == (LAST - 1) / 100
+
+
+def test_an_undo_is_compared_with_the_newest_adaptations_alone(system: System, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(undo_changes, "MAX_LATER", 3)
+    early = system.adapt(SetParameters("second", {"gain": 0.9}))
+    _lengthen(system)
+    assert system.undo(early.id, dry_run=True).violations == (), "nobody has decided on it since"
+    later = system.adapt(SetParameters("second", {"gain": 0.2}))
+    (found,) = system.undo(early.id).violations
+    assert f"was changed again by adaptation {later.id}: it is 0.2" in found.problem
+    for n in range(3):
+        system.adapt(SetParameters("listener", {"gain": n / 10}))
+    (found,) = system.undo(early.id).violations
+    assert "was changed again by an adaptation before the last 3: it is 0.2" in found.problem
 
 
 @pytest.mark.parametrize("revision", [2**62, 2**63, 2**64 - 1])

@@ -29,6 +29,11 @@ from regraft.bus_schema.model.wiring import own_topic
 if TYPE_CHECKING:
     from regraft.adaptation_manager.journal.journal import Journal
 
+MAX_LATER = 1000
+"""Later adaptations that an undo is compared with: to read more keeps the manager busy for too long."""
+MAX_NAMED = 10
+"""Of these, how many a problem names."""
+
 PRESENCE = "component"
 """The field of a component for whether it is there."""
 THERE = "there"
@@ -55,7 +60,7 @@ def undo_of(
     if not complete.changes:
         problem = f"adaptation {undone.id} changed nothing: there is nothing to undo"
         return complete, (Violation(None, "", "undoes", problem),)
-    later = [unfolded(line, before) for line in journal.applied_after(int(undone.id))]
+    later = [unfolded(line, before) for line in journal.applied_after(int(undone.id), MAX_LATER)]
     found = conflicts(undone, behind, now, later)
     undo = _standing_undo(undone.id, later) if found else None
     if undo is not None:
@@ -156,10 +161,12 @@ def conflicts(
 
     A value that is still, or again, as it was given is no conflict.
 
-    ``behind`` is the architecture that the adaptation to be undone gave, ``now`` the current one.
+    ``behind`` is the architecture that the adaptation to be undone gave, ``now`` the current one. ``later`` are the
+    newest ones, newest first, at most ``MAX_LATER``.
     """
     found = []
     decided = touched(report.request.changes)
+    decided_later = [(other.id, touched(other.request.changes)) for other in later]
     come_or_gone = {component for component, where in decided if where == PRESENCE}
     for component, where in sorted(decided):
         if where == CLASS:
@@ -167,28 +174,32 @@ def conflicts(
     for component, where in sorted(decided):
         if where != PRESENCE and component in come_or_gone:
             continue
-        others = [
-            other.id
-            for other in later
-            if touched(other.request.changes) & {(component, what) for what in (where, PRESENCE, CLASS)}
-        ]
+        fields = {(component, what) for what in (where, PRESENCE, CLASS)}
+        others = [other for other, pairs in decided_later if pairs & fields]
         given, current = _value(behind, component, where), _value(now, component, where)
-        if where == PRESENCE and given == current == THERE and _was_replaced(component, later):
+        replaced = len(later) >= MAX_LATER or any((component, PRESENCE) in pairs for _, pairs in decided_later)
+        if where == PRESENCE and given == current == THERE and replaced:
             given, current = _which(behind, component), _which(now, component)
         if given == current:
             continue
-        by = f"adaptation {', '.join(others)}" if others else "an adaptation whose line is damaged"
         problem = (
-            f"was changed again by {by}: it is {current!r}, "
+            f"was changed again by {_named(others, later)}: it is {current!r}, "
             f"adaptation {report.id} gave {given!r}; undo the later one first"
         )
         found.append(Violation(None, component, where, problem))
     return found
 
 
-def _was_replaced(component: str, later: Sequence[AdaptationReport]) -> bool:
-    """Return whether later adaptations removed or added a component."""
-    return any((component, PRESENCE) in touched(other.request.changes) for other in later)
+def _named(others: Sequence[str], later: Sequence[AdaptationReport]) -> str:
+    """Return in words which of the ``later`` adaptations, newest first, decided otherwise."""
+    if others:
+        more = f" and {len(others) - MAX_NAMED} more" if len(others) > MAX_NAMED else ""
+        return f"adaptation {', '.join(others[:MAX_NAMED])}{more}"
+    return (
+        f"an adaptation before the last {MAX_LATER}"
+        if len(later) >= MAX_LATER
+        else "an adaptation whose line is damaged"
+    )
 
 
 def _which(architecture: Architecture, component: str) -> str:

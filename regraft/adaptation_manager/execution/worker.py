@@ -32,6 +32,7 @@ from regraft.adaptation_manager.targets.context import Bounds, ExecutionContext
 from regraft.adaptation_manager.targets.host_client import Hosts
 from regraft.bus_schema.messages.management.modes import SystemModes
 from regraft.bus_schema.messages.protocol.control import ComponentView, ControlCode
+from regraft.bus_schema.messages.protocol.host import HostView
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, Phase, Violation
 from regraft.bus_schema.model.architecture import Architecture
 
@@ -103,7 +104,7 @@ class Worker:
         """
         views = await self._hosts.views()
         try:
-            term = self._store.open(views, self._kit.now())
+            term = await self._opened(views)
             self._hosts.term = self._controls.term = term
             found = await self._claim()
             for report in await recover(
@@ -123,6 +124,13 @@ class Worker:
             self._kit.set_status_text(f"revision {self._store.current().revision}, term {term}")
         if not self._gate.is_open:
             self._publisher.begin()
+
+    async def _opened(self, views: list[HostView]) -> int:
+        """Open the journal; returns its term. Raises JournalError."""
+        try:
+            return await self._kit.compute(self._store.open, views, self._kit.now())
+        finally:
+            self._store.tell_all()
 
     def keep_end(self) -> None:
         """Have others know how far the journal has come, should it be lost: before anybody relies on it."""

@@ -25,7 +25,9 @@ class ArchitectureStore:
         self.architecture: Architecture | None = None
         self.unconfirmed: Architecture | None = None
         self.journal: Journal | None = None
-        self._tell = tell
+        self._publish = tell
+        self._untold: list[tuple[str, str]] = []
+        self._is_opening = False
         self._number = 0
         self._withdrawn = 0
         self._gave = 0
@@ -41,15 +43,19 @@ class ArchitectureStore:
     def open(self, views: Sequence[HostView], now: float) -> int:
         """Open the journal at this run's place; returns its term. Raises JournalError.
 
-        On a run's first opening, the stack's start becomes its first line.
+        On a run's first opening, the stack's start becomes its first line. A long journal takes seconds, so a thread of
+        its own may do this. Nothing else may happen to the store meanwhile, and ``tell_all`` has to follow.
         """
         self.close()
+        self._is_opening = True
         try:
             self.journal, term = self._at_place(views, now)
         except JournalError as error:
             self._closed_because = str(error)
             self.architecture = self.architecture or in_force(views)
             raise
+        finally:
+            self._is_opening = False
         return term
 
     def _at_place(self, views: Sequence[HostView], now: float) -> tuple[Journal, int]:
@@ -65,6 +71,16 @@ class ArchitectureStore:
             journal.close()
             raise
         return journal, term
+
+    def tell_all(self) -> None:
+        """Publish the events of what was found since the last time."""
+        while self._untold:
+            self._publish(*self._untold.pop(0))
+
+    def _tell(self, kind: str, text: str) -> None:
+        self._untold.append((kind, text))
+        if not self._is_opening:
+            self.tell_all()
 
     def close(self, because: str = "the journal is closed") -> None:
         """Close the journal; what is known of the architecture stays."""

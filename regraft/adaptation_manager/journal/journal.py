@@ -235,9 +235,9 @@ class Journal(JournalFile):
         top = 2**62 if before is None else before
         return self._reports("number < ? ORDER BY number DESC LIMIT ?", top, limit)
 
-    def applied_after(self, number: int) -> list[AdaptationReport]:
-        """Return the applied lines after ``number``, newest first."""
-        return self._reports("number > ? AND revision IS NOT NULL ORDER BY number DESC", number)
+    def applied_after(self, number: int, limit: int) -> list[AdaptationReport]:
+        """Return up to ``limit`` applied lines after ``number``, newest first."""
+        return self._reports("number > ? AND revision IS NOT NULL ORDER BY number DESC LIMIT ?", number, limit)
 
     def past(self, limit: int) -> list[tuple[AdaptationReport, tuple[PlannedStep, ...]]]:
         """Return up to ``limit`` applied lines with their steps, oldest first; lines of this run are preferred.
