@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from fastapi import FastAPI
+from fastapi.dependencies import models
 
 from regraft.dashboard_api.backend.event_buffer import EventBuffer
 from regraft.dashboard_api.backend.manager import Manager, Services
@@ -31,6 +32,13 @@ from regraft.dashboard_api.routes import (
 from regraft.dashboard_api.routes.mission_events import MissionFeeds
 
 PREFIX = "/api/v1"
+
+
+def forget_functions() -> None:
+    """Have FastAPI forget the functions that it has met: each keeps the whole of its application, which is 3 MB."""
+    for kept in vars(models).values():
+        if hasattr(kept, "cache_clear"):
+            kept.cache_clear()
 
 
 def build(services: Services, buffer: EventBuffer, callers: Callers, address: str) -> FastAPI:

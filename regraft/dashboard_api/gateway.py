@@ -7,7 +7,7 @@ import secrets
 from regraft import Component, Parameter, every
 from regraft.bus_schema.model.description import Resources
 from regraft.client import Client
-from regraft.dashboard_api.app import PREFIX, build
+from regraft.dashboard_api.app import PREFIX, build, forget_functions
 from regraft.dashboard_api.backend.event_buffer import EventBuffer
 from regraft.dashboard_api.backend.manager import Services
 from regraft.dashboard_api.http.authentication import Callers
@@ -93,3 +93,4 @@ class Gateway(Component):
             client.close()
         if server and not server.stop():
             self.kit.log.error("the HTTP server did not end in time")
+        forget_functions()

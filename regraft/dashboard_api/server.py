@@ -9,6 +9,7 @@ import threading
 import time
 from typing import Any
 
+import anyio.to_thread
 import uvicorn
 
 from regraft.dashboard_api.http.peers import KnownConnection
@@ -20,6 +21,8 @@ GRACE = 1
 STOP_TIMEOUT = 3.0
 POLL = 0.005
 BACKLOG = 128
+THREADS = 96
+"""Requests that hold a thread at a time: 48 of them may wait for an adaptation, a proposal or an objective."""
 
 
 class CannotServe(Exception):
@@ -75,6 +78,7 @@ class HttpServer:
             log_config=None,
             access_log=False,
             server_header=False,
+            backlog=BACKLOG,
             timeout_graceful_shutdown=GRACE,
         )
         self._server = uvicorn.Server(config)
@@ -127,4 +131,5 @@ class HttpServer:
 
     async def _run(self) -> None:
         self._loop = asyncio.get_running_loop()
+        anyio.to_thread.current_default_thread_limiter().total_tokens = THREADS
         await self._server.serve(sockets=[self._bound])

@@ -8,7 +8,6 @@ from typing import Any
 
 import httpx
 import pytest
-from fastapi.dependencies import models
 
 from regraft.bus_schema.messages.protocol.control import ParameterValues
 from regraft.dashboard_api.gateway import Gateway
@@ -51,13 +50,6 @@ class Running:
         return client(self.url)
 
 
-def forget_routes() -> None:
-    """Have FastAPI forget the functions that it has met: each keeps the whole of its gateway, which is 3 MB."""
-    for kept in vars(models).values():
-        if hasattr(kept, "cache_clear"):
-            kept.cache_clear()
-
-
 def start_gateway(site: Site, **parameters: Any) -> str:
     """Start a gateway and return where it serves."""
     site.start(Gateway, "gateway", parameters={**GATEWAY, **parameters})
@@ -72,7 +64,6 @@ def empty_site(folder: Path) -> Iterator[Site]:
         site = Site("memory")
         yield site
         site.close()
-        forget_routes()
 
 
 @contextmanager

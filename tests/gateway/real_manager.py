@@ -13,7 +13,7 @@ from regraft.component.component import class_path
 from regraft.dashboard_api.gateway import Gateway
 from regraft.runtime.core.assignment import Assignment
 from tests.adaptation.system import SYSTEM, System, in_thread, started
-from tests.gateway.conftest import GATEWAY, forget_routes
+from tests.gateway.conftest import GATEWAY
 from tests.gateway.http.contract import Contract
 from tests.support.systems import home
 from tests.support.waiting import PATIENCE, wait_until
@@ -31,4 +31,3 @@ def served(architecture: Architecture, folder: Path) -> Iterator[tuple[System, h
         with httpx.Client(base_url=url, timeout=PATIENCE) as http:
             http.event_hooks["response"] = [Contract(http.get("/openapi.json").json()).check]
             yield system, http
-    forget_routes()

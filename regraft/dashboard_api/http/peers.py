@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import socket
 from collections.abc import Callable
 from typing import Any, Final
@@ -10,6 +11,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from regraft.dashboard_api.http.sockets import End, Owner, owner
+from regraft.patience import stretched
 
 CONNECTION: Final = "regraft.connection"
 """Where a request's scope has the server's end of its connection."""
@@ -20,12 +22,25 @@ LINKED: Final = {ESTABLISHED: {ESTABLISHED, FIN_WAIT1, FIN_WAIT2}, CLOSE_WAIT: {
 """The states that the client's end can have, by the state of ours: open, or the client has nothing more to send."""
 
 
+HEAD_TIMEOUT: Final = 5.0
+"""Seconds that a client has for the head of a request, from its first byte or from the connection on."""
+MAX_CONNECTIONS: Final = 128
+"""Connections at a time: for another one, the oldest that waits for a request is closed."""
+
+
 class KnownConnection(H11Protocol):
-    """HTTP on one connection, which its requests can look at."""
+    """HTTP on one connection, which its requests can look at; one that stays silent locks nobody out."""
+
+    _head_due: asyncio.TimerHandle | None = None
+    made = 0.0
+    """When the connection was made (s, of the event loop's clock)."""
 
     def connection_made(self, transport: Any) -> None:
         """Give each request the connection."""
         super().connection_made(transport)
+        self.made = self.loop.time()
+        self._make_room()
+        self._expect_head()
         app: ASGIApp = self.app
         connection = transport.get_extra_info("socket")
 
@@ -34,6 +49,38 @@ class KnownConnection(H11Protocol):
             await app(scope, receive, send)
 
         self.app = known
+
+    def data_received(self, data: bytes) -> None:
+        """Take what has come."""
+        super().data_received(data)
+        self._expect_head()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Wait for nothing more."""
+        super().connection_lost(exc)
+        self._expect_no_head()
+
+    @property
+    def waits(self) -> bool:
+        """Whether no request is being answered: the next is waited for, or has come in part."""
+        return self.cycle is None or self.cycle.response_complete
+
+    def _make_room(self) -> None:
+        if len(self.connections) > MAX_CONNECTIONS:
+            others = [each for each in self.connections if isinstance(each, KnownConnection) and each is not self]
+            waiting = min((each for each in others if each.waits), key=lambda each: each.made, default=self)
+            waiting.transport.abort()
+
+    def _expect_head(self) -> None:
+        if not self.waits:
+            self._expect_no_head()
+        elif self._head_due is None:
+            self._head_due = self.loop.call_later(stretched(HEAD_TIMEOUT), self.transport.abort)
+
+    def _expect_no_head(self) -> None:
+        if self._head_due is not None:
+            self._head_due.cancel()
+            self._head_due = None
 
 
 def user_of(scope: Scope, look: Callable[[End, End], Owner | None] = owner) -> int | None:

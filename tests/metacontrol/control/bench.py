@@ -103,10 +103,12 @@ def write(
     parts: dict[str, str] | None = None,
     active: tuple[str, ...] = (),
     more: str = "",
+    modes: str = "",
 ) -> Path:
     """Write a stack with its skills; ``parameters`` are the metacontroller's, ``parts`` has those of parts.
 
-    Parts are inactive at the start, but for those in ``active``. ``more`` is what else the stack file has.
+    Parts are inactive at the start, but for those in ``active``. ``more`` is what else the stack file has. ``modes``
+    are its own, in place of those that the skills give.
     """
     given = ", ".join(f"{name}: {value}" for name, value in (DEFAULTS | (parameters or {})).items())
     (folder / "patrol.skills").write_text(skills)
@@ -118,7 +120,8 @@ def write(
         for name in PARTS
     ]
     file = folder / "stack.yaml"
-    file.write_text(STACK.format(parts="\n".join(lines), parameters=given, more=more))
+    stack = STACK.format(parts="\n".join(lines), parameters=given, more=more)
+    file.write_text(stack.replace("modes: modes.yaml\n", modes or "modes: modes.yaml\n"))
     return file
 
 

@@ -122,3 +122,25 @@ def test_a_recovery_during_an_adaptation_is_left_for_the_next_decision(tmp_path:
         assert (await director.status("patrol")).realization == "normal"
 
     perform(tmp_path, script)
+
+
+def test_what_an_objective_required_rests_no_longer_than_the_objective_lasts(tmp_path: Path) -> None:
+    recharge = Objective("to_recharge", "recharge")
+
+    async def realization(director: Director, name: str) -> str:
+        return next(each.realization for each in (await director.all()).objectives if each.objective == name)
+
+    async def script(director: Director) -> None:
+        found = await director.add(recharge)
+        required = next(each.objective for each in found.objectives if each.parent)
+        first = await realization(director, required)
+        for _ in range(6):
+            await director.wait(0.3)
+            director.report("safety", 0.1, required)
+        await director.wait(1.0)
+        assert await realization(director, required) != first
+        assert (await director.cancel("recharge")).resting == {}
+        await director.add(recharge)
+        assert await realization(director, required) == first
+
+    perform(tmp_path, script)

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from regraft.bus_schema.messages.management.objectives import ObjectiveState
+import pytest
+
+from regraft.bus_schema.messages.management.objectives import Objective, ObjectiveState
 from regraft.bus_schema.model.adaptation import Add, EnterMode, Remove, SetParameters
 from regraft.bus_schema.model.lifecycle import State
 from tests.metacontrol.control.bench import PATROL, SKILLS, perform
@@ -49,6 +51,68 @@ def test_a_realization_that_others_enter_is_taken_over_though_another_was_entere
         assert director.states()["controller"] is State.ACTIVE
 
     perform(tmp_path, script, skills=WATCH)
+
+
+SHARING_LASER = """\
+import "navigation_definitions.skills"
+Component laser observable { Configuration active }
+Realization normal of to_navigate {
+  Component navigator active, Component controller active, Component laser active
+  Quality [safety: 0.8, performance: 0.7, energy: 0.5]; context: Default
+};
+Realization docking of to_recharge {
+  Component dock { Configuration active { speed: 0.05 } }, Component laser active
+  Quality [safety: 0.8, energy: 0.1]; context: Default
+};
+"""
+NO_RESTS = """\
+modes:
+  to_navigate.normal:
+    - {change: transition, component: navigator, transition: activate}
+    - {change: transition, component: controller, transition: activate}
+    - {change: transition, component: laser, transition: activate}
+  to_recharge.docking:
+    - {change: set_parameters, component: dock, parameters: {speed: 0.05}}
+    - {change: transition, component: dock, transition: activate}
+    - {change: transition, component: laser, transition: activate}
+"""
+NAVIGATE, RECHARGE = Objective("to_navigate", "patrol"), Objective("to_recharge", "dock_it")
+OF_PATROL = ("navigator", "controller", "laser")
+
+
+@pytest.mark.parametrize("modes", ["", NO_RESTS])
+def test_an_objective_that_ended_while_another_used_its_component_can_be_asked_for_again(
+    tmp_path: Path, modes: str
+) -> None:
+    async def script(director: Director) -> None:
+        await director.add(NAVIGATE, RECHARGE)
+        await director.cancel("patrol")
+        states = director.states()
+        assert [states[name] for name in OF_PATROL] == [State.INACTIVE, State.INACTIVE, State.ACTIVE]
+        found = await director.add(NAVIGATE)
+        assert [each.state for each in found.objectives if each.objective == "patrol"] == [ObjectiveState.IN_PROGRESS]
+        assert {director.states()[name] for name in OF_PATROL} == {State.ACTIVE}
+        count = len(await director.entered())
+        await director.wait(3.0)
+        assert len(await director.entered()) == count
+
+    perform(tmp_path, script, skills=SHARING_LASER, modes=modes)
+
+
+def test_a_skill_without_a_mode_for_its_rest_comes_to_rest_and_blocks_no_other(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        await director.add(NAVIGATE)
+        await director.cancel("patrol")
+        assert {director.states()[name] for name in OF_PATROL} == {State.INACTIVE}
+        found = await director.add(RECHARGE)
+        assert [(each.realization, each.reasons) for each in found.objectives] == [("docking", ())]
+        assert director.states()["dock"] is State.ACTIVE
+        await director.cancel("dock_it")
+        await director.add(NAVIGATE)
+        assert {director.states()[name] for name in OF_PATROL} == {State.ACTIVE}
+        assert director.states()["dock"] is State.INACTIVE
+
+    perform(tmp_path, script, skills=SHARING_LASER, modes=NO_RESTS)
 
 
 def test_a_component_that_is_removed_has_failed_until_it_is_added_again(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Objective, Quality
+from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Objective, Quality, is_of
 from regraft.bus_schema.annotations import PlainValue
 
 EVERY = ""
@@ -100,6 +100,6 @@ class Measurements:
         return found
 
     def forget(self, objective: str) -> None:
-        """Forget an objective that is over, or whose design has changed."""
-        self._latest = {key: each for key, each in self._latest.items() if key[0] != objective}
-        self._missed = {key: since for key, since in self._missed.items() if key[0] != objective}
+        """Forget an objective that is over, or whose design has changed, and what it required."""
+        self._latest = {key: each for key, each in self._latest.items() if not is_of(key[0], objective)}
+        self._missed = {key: since for key, since in self._missed.items() if not is_of(key[0], objective)}

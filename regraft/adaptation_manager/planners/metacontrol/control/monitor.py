@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Any, Final
 
 from regraft.adaptation_manager.planners.metacontrol.control.measurements import EVERY, Measurements
-from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Model
+from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Model, is_of
 from regraft.adaptation_manager.planners.metacontrol.knowledge.names import DEFAULT_CONTEXT
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import ComponentStatus
@@ -216,8 +216,8 @@ class Monitor:
         return self._errors.get(objective, -math.inf) > since
 
     def forget(self, objective: str) -> None:
-        """Forget an objective that is over."""
-        self._errors.pop(objective, None)
+        """Forget an objective that is over, and what it required."""
+        self._errors = {name: stamp for name, stamp in self._errors.items() if not is_of(name, objective)}
         self.measurements.forget(objective)
 
     def _note_recoveries(self) -> None:

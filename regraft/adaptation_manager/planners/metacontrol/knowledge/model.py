@@ -186,6 +186,15 @@ def objective_problems(model: Model, objective: Objective) -> tuple[str, ...]:
     return tuple(found)
 
 
+REQUIRED: Final = "/"
+"""Between the name of an objective and that of one that it requires."""
+
+
+def is_of(name: str, objective: str) -> bool:
+    """Return whether a name is that of an objective, or of one that it requires, also in turn."""
+    return name == objective or name.startswith(objective + REQUIRED)
+
+
 def is_number(value: object) -> bool:
     """Return whether a value is a finite number."""
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")

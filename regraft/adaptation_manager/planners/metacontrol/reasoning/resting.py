@@ -10,6 +10,8 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from typing import Final
 
+from regraft.adaptation_manager.planners.metacontrol.knowledge.model import is_of
+
 FIRST: Final = 30.0
 LONGEST: Final = 600.0
 
@@ -85,8 +87,8 @@ class Resting:
         return {design for design, _ in over}
 
     def forget(self, objective: str) -> None:
-        """Forget all rests of an objective that has ended."""
-        self._rests = {key: rest for key, rest in self._rests.items() if rest.objective != objective}
+        """Forget all rests of an objective that has ended, and of those that it required."""
+        self._rests = {key: rest for key, rest in self._rests.items() if not is_of(rest.objective, objective)}
 
     def all(self, now: float) -> tuple[Rest, ...]:
         """Return the rests of now, the one that ends first at the beginning."""

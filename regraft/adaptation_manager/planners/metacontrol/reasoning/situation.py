@@ -8,6 +8,7 @@ from typing import Final
 
 from regraft.adaptation_manager.planners.metacontrol.knowledge import names
 from regraft.adaptation_manager.planners.metacontrol.knowledge.model import (
+    REQUIRED,
     Design,
     Grounding,
     Model,
@@ -45,7 +46,7 @@ class Situation:
 def required_objectives(objective: Objective, design: Design) -> tuple[Objective, ...]:
     """Return the objectives that a design needs when it solves an objective; each has a name of its own."""
     return tuple(
-        replace(each, name=f"{objective.name}/{local_name(each.name)}", priority=objective.priority)
+        replace(each, name=f"{objective.name}{REQUIRED}{local_name(each.name)}", priority=objective.priority)
         for each in design.requires
     )
 

@@ -35,7 +35,7 @@ def changes_to(
     def enter(mode: str, changes: tuple[Change, ...], own: Collection[str]) -> None:
         there = architecture.components.keys() | {each.component for each in changes if isinstance(each, Add)}
         kept = tuple(each for each in changes if each.component in own or each.component in there - claimed)
-        if kept == changes:
+        if mode and kept == changes:
             found.append(EnterMode(mode))
             return
         stays = mode in grounded and mode not in fallen
@@ -46,9 +46,16 @@ def changes_to(
         if not each.rest or architecture.asked_modes.get(each.part) != each.rest:
             enter(each.rest, _changes_of_rest(each, architecture), ())
     for each in modes.values():
-        if each.mode in fallen or not in_force(each, architecture):
+        # A rest that spared a component of another design, and so was not entered, leaves the mode asked for.
+        left_since = each.mode not in grounded and not is_in_force(_own(each), architecture)
+        if each.mode in fallen or left_since or not in_force(each, architecture):
             enter(each.mode, each.changes, each.claims)
     return tuple(found)
+
+
+def _own(design: DesignMode) -> tuple[Change, ...]:
+    """Return the changes of a design's mode that are about components which it claims."""
+    return tuple(each for each in design.changes if each.component in design.claims)
 
 
 def in_force(design: DesignMode, architecture: Architecture) -> bool:

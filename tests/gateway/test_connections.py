@@ -1,0 +1,162 @@
+"""Connections that only stay, and requests that only wait, lock nobody out of the gateway."""
+
+from __future__ import annotations
+
+import gc
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import ExitStack
+
+import httpx
+import pytest
+from fastapi import FastAPI
+
+from regraft.bus_schema.model.lifecycle import State, Transition
+from regraft.dashboard_api.http import peers
+from regraft.dashboard_api.server import HttpServer, bind
+from tests.gateway.conftest import start_gateway
+from tests.support.stepped.site import Site
+from tests.support.waiting import PATIENCE, wait_until
+
+MOST = 8
+ASK = b"GET /wait HTTP/1.1\r\nHost: localhost\r\n\r\n"
+
+
+class Held:
+    """How long requests to ``/wait`` take: until they are let go."""
+
+    def __init__(self) -> None:
+        self._gone = threading.Event()
+        self._arrived = threading.Semaphore(0)
+
+    def wait(self) -> None:
+        """Wait as a request."""
+        self._arrived.release()
+        self._gone.wait(PATIENCE)
+
+    def wait_arrived(self, count: int) -> None:
+        """Wait until so many more requests wait."""
+        for _ in range(count):
+            assert self._arrived.acquire(timeout=PATIENCE)
+
+    def let_go(self) -> None:
+        """Have all requests answered."""
+        self._gone.set()
+
+
+@pytest.fixture
+def held() -> Held:
+    return Held()
+
+
+@pytest.fixture
+def server(held: Held) -> Iterator[HttpServer]:
+    """A server that answers at once, or after a while."""
+    app = FastAPI()
+
+    @app.get("/")
+    def answer() -> str:
+        return "well"
+
+    @app.get("/wait")
+    def wait() -> str:
+        held.wait()
+        return "well"
+
+    started = HttpServer(app, bind("127.0.0.1", 0))
+    started.start()
+    yield started
+    held.let_go()
+    assert started.stop()
+
+
+def connect(server: HttpServer, begun: bytes = b"") -> socket.socket:
+    """Connect, and send only the beginning of a request."""
+    made = socket.create_connection(("127.0.0.1", server.port), PATIENCE)
+    made.sendall(begun)
+    return made
+
+
+def is_well(server: HttpServer) -> bool:
+    return httpx.get(f"{server.url}/", timeout=PATIENCE).text == '"well"'
+
+
+@pytest.mark.parametrize("begun", [b"", b"GET / HTTP/1.1\r\nHost: "])
+def test_a_connection_that_does_not_finish_its_request_is_closed(
+    server: HttpServer, monkeypatch: pytest.MonkeyPatch, begun: bytes
+) -> None:
+    monkeypatch.setattr(peers, "HEAD_TIMEOUT", 0.2)
+    with connect(server, begun) as silent:
+        assert silent.recv(1) == b""
+    assert is_well(server)
+
+
+def test_the_head_of_a_further_request_has_its_time_too(server: HttpServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(peers, "HEAD_TIMEOUT", 0.2)
+    with connect(server, b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n") as slow:
+        assert slow.recv(65536).startswith(b"HTTP/1.1 200")
+        slow.sendall(b"GET / HTTP/1.1\r\n")
+        rest = b"".join(iter(lambda: slow.recv(65536), b""))
+        assert rest in (b"", b'"well"')
+
+
+def test_a_request_that_is_being_answered_has_all_the_time(
+    server: HttpServer, held: Held, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(peers, "HEAD_TIMEOUT", 0.05)
+    with connect(server, ASK) as waiting:
+        held.wait_arrived(1)
+        with connect(server) as silent:
+            assert silent.recv(1) == b""
+        held.let_go()
+        assert waiting.recv(65536).startswith(b"HTTP/1.1 200")
+
+
+def test_silent_connections_make_room_for_others(server: HttpServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(peers, "MAX_CONNECTIONS", MOST)
+    with ExitStack() as stack:
+        silent = [stack.enter_context(connect(server)) for _ in range(3 * MOST)]
+        assert is_well(server)
+        assert silent[0].recv(1) == b"", "the oldest was closed"
+
+
+def test_connections_that_are_being_answered_are_kept_and_one_more_is_refused(
+    server: HttpServer, held: Held, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(peers, "MAX_CONNECTIONS", MOST)
+    with ExitStack() as stack:
+        waiting = [stack.enter_context(connect(server, ASK)) for _ in range(MOST)]
+
+        held.wait_arrived(MOST)
+        with connect(server) as further:
+            assert further.recv(1) == b""
+        held.let_go()
+        answered = [each.recv(65536) for each in waiting]
+        assert [each[:12] for each in answered] == [b"HTTP/1.1 200"] * MOST
+
+
+def test_as_many_requests_as_may_wait_leave_threads_for_others(server: HttpServer, held: Held) -> None:
+    with ExitStack() as stack:
+        for _ in range(48):
+            stack.enter_context(connect(server, ASK))
+        held.wait_arrived(48)
+        assert is_well(server)
+
+
+def test_a_gateway_that_is_deactivated_keeps_nothing_of_its_application(site: Site) -> None:
+    def applications() -> int:
+        gc.collect()
+        return sum(isinstance(each, FastAPI) for each in gc.get_objects())
+
+    url = start_gateway(site)
+    gateway = site.runtimes["gateway"]
+    before = applications()
+    for _ in range(3):
+        assert httpx.get(f"{url}/hosts", timeout=PATIENCE).status_code == 200
+        gateway.post(lambda: gateway.lifecycle.perform(Transition.DEACTIVATE))
+        wait_until(lambda: gateway.state is State.INACTIVE)
+        gateway.post(lambda: gateway.lifecycle.perform(Transition.ACTIVATE))
+        wait_until(lambda: gateway.state is State.ACTIVE)
+        url = str(gateway.reporter.status.values["url"])
+    assert applications() == before
