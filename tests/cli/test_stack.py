@@ -14,7 +14,7 @@ from tests.stack.reading.files import GOOD, line_of, write
 from tests.stack.reading.folders import ROBOT, TWO, rovers
 from tests.support.paths import ROOT
 
-FROG = ROOT / "regraft" / "stacks" / "frog"
+STACKS = ROOT / "regraft" / "stacks"
 
 
 def test_a_good_stack_is_told_so(regraft: Regraft, tmp_path: Path) -> None:
@@ -43,13 +43,42 @@ def test_overrides_count_as_they_do_for_up(regraft: Regraft, tmp_path: Path) -> 
     assert regraft("stack", "check", str(file), "--place", "rescuer.navigator=edge").exit_code == 0
 
 
-@pytest.mark.parametrize("stack", ["stack", "rounds", "explore", "search"])
-def test_what_is_shown_of_frog_is_a_stack_file_of_the_same_system(regraft: Regraft, tmp_path: Path, stack: str) -> None:
-    file = FROG / f"{stack}.yaml"
+@pytest.mark.parametrize(
+    "stack",
+    ["frog/stack", "frog/rounds", "frog/explore", "frog/search", "frog/metacontrol", "patrol/rules", "suave/stack"],
+)
+def test_what_is_shown_of_a_stack_is_a_stack_file_of_the_same_system(
+    regraft: Regraft, tmp_path: Path, stack: str
+) -> None:
+    file = STACKS / f"{stack}.yaml"
     shown = regraft("stack", "show", str(file))
     assert shown.exit_code == 0
     (tmp_path / "shown.yaml").write_text(shown.output)
     assert load(tmp_path / "shown.yaml").architecture == load(file).architecture
+
+
+def test_what_is_shown_has_rules_of_modes_files_and_modes_that_enter_others(regraft: Regraft, tmp_path: Path) -> None:
+    node = "{ros__parameters: {type: node, modes: {__DEFAULT__: {ros__parameters: {max_velocity: 0.2}}}}}"
+    modes = "{__DEFAULT__: {rescuer/navigator: active}, OFF: {rescuer/navigator: inactive}}"
+    rule = "{if_target: active.__DEFAULT__, if_part: [rescuer/navigator, inactive], new_target: active.OFF}"
+    drive = f"{{ros__parameters: {{type: system, modes: {modes}, rules: {{stop: {rule}}}}}}}"
+    (tmp_path / "modes.yaml").write_text(f"rescuer/navigator: {node}\ndrive: {drive}\n")
+    topics = "topics:\n  adaptations: {type: regraft/AdaptationReport}\n  architecture: {type: regraft/Architecture}\n"
+    managing = (
+        "  modes: {class: 'regraft.adaptation_manager.planners.modes.mode_planner:ModePlanner'}\n"
+        "  adaptation_manager: {class: 'regraft.adaptation_manager.manager:AdaptationManager'}\n"
+    )
+    stack = GOOD.replace("components:\n", f"components:\n{managing}", 1).replace("topics:\n", topics, 1)
+    file = write(tmp_path, f"{stack}modes: modes.yaml\n")
+    shown = regraft("stack", "show", str(file))
+    assert shown.exit_code == 0, shown.output
+    (tmp_path / "shown.yaml").write_text(shown.output)
+    found, meant = load(tmp_path / "shown.yaml").architecture, load(file).architecture
+    assert found == meant
+    assert [found.mode_parts, [rule.name for rule in found.mode_rules]] == [
+        {"drive.__DEFAULT__": ("rescuer/navigator.__DEFAULT__",)},
+        ["drive.stop"],
+    ]
 
 
 def test_what_is_shown_of_robots_is_a_stack_file_of_the_same_system(regraft: Regraft, tmp_path: Path) -> None:

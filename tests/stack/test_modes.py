@@ -65,3 +65,23 @@ def test_a_circle_of_modes_is_told_once_and_modes_that_lead_to_it_are_not_blamed
     (found,) = problems(tmp_path, text)
     assert (found.field, found.line) == ("modes.dusk.0.mode", line_of(text, "dusk: "))
     assert found.problem == "enters itself: dusk > night > dusk"
+
+
+def test_modes_that_stand_for_too_many_changes_are_refused(tmp_path: Path) -> None:
+    text = f"{GOOD}modes:\n  mode_0: [{SLOW}]\n"
+    for n in range(1, 40):
+        text += f"  mode_{n}:\n" + f"    - {{change: mode, mode: mode_{n - 1}}}\n" * 2
+    first = problems(tmp_path, text)[0]
+    assert (first.field, first.line) == ("modes.mode_12", line_of(text, "mode_12:"))
+    assert first.problem == "has 12286 changes with those of the modes that it enters; it may have 10000"
+
+
+@pytest.mark.parametrize("is_circle", [True, False])
+def test_modes_that_enter_each_other_in_a_long_row_are_refused(tmp_path: Path, is_circle: bool) -> None:
+    start = "{change: mode, mode: mode_2999}" if is_circle else SLOW
+    text = f"{GOOD}modes:\n  mode_0: [{start}]\n"
+    text += "".join(f"  mode_{n}: [{{change: mode, mode: mode_{n - 1}}}]\n" for n in range(1, 3000))
+    found = problems(tmp_path, text)
+    assert any("deep; it may be 50" in each.problem for each in found)
+    lines = {each.line for each in found}
+    assert is_circle or line_of(text, "mode_49:") not in lines

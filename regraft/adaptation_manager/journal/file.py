@@ -44,7 +44,7 @@ class JournalFile:
         with self.told("cannot be opened"):
             if self.path:
                 Path(self.path).parent.mkdir(parents=True, exist_ok=True)
-            # It is opened on a thread of its own, as a long one takes a while, and used on the manager's afterwards.
+            # To open a long one takes a while, so another thread than the manager's does that.
             self.database = sqlite3.connect(
                 self.path or ":memory:", LOCKED_TIMEOUT, isolation_level=None, check_same_thread=False
             )

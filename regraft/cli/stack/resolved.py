@@ -5,7 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from regraft.bus_schema.annotations import PlainValue
-from regraft.bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.model.adaptation import EnterMode
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.bus_schema.model.mode_rules import ModeRule
+from regraft.bus_schema.model.modes.mode_deciders import deciders
 from regraft.stack.stack import Stack
 from regraft.stack.yaml.nodes import Location, Node
 
@@ -27,8 +30,44 @@ def resolved(stack: Stack) -> Node:
         parts["components"] = Node(whole, components.location)
     modes = parts.get("modes")
     if modes is not None:
-        parts["modes"] = _like(stack.architecture.modes, modes, modes.location)
+        parts["modes"] = _like(_folded(stack.architecture), modes, modes.location)
+        rules = {rule.name: _rule(rule) for rule in stack.architecture.mode_rules}
+        if rules and deciders(
+            stack.architecture.components.values()
+        ):  # those of files, which nobody has to enforce, are rules as any here
+            usual = Location(str(modes.value)) if isinstance(modes.value, str) else modes.location
+            parts["rules"] = _like(rules, parts.get("rules", Node({}, usual)), usual)
     return Node(parts, document.location)
+
+
+def _folded(architecture: Architecture) -> dict[str, PlainValue]:
+    """Return the changes of each mode, in which modes that it enters stand for their changes."""
+    modes: dict[str, list[PlainValue]] = {name: list(_items(each)) for name, each in architecture.modes.items()}
+    found: dict[str, PlainValue] = {}
+    for name, changes in modes.items():
+        left, folded = list(architecture.mode_parts.get(name, ())), list[PlainValue]()
+        while changes or left:
+            inner = modes[left[0]] if left else []
+            if left and changes[: len(inner)] == inner:
+                folded.append({"change": EnterMode.change, "mode": left.pop(0)})
+                changes = changes[len(inner) :]
+            else:
+                folded.append(changes[0])
+                changes = changes[1:]
+        found[name] = folded
+    return found
+
+
+def _items(value: PlainValue) -> list[PlainValue]:
+    assert isinstance(value, list | tuple)
+    return list(value)
+
+
+def _rule(rule: ModeRule) -> dict[str, PlainValue]:
+    """Return a rule as a stack file has it."""
+    given: dict[str, PlainValue] = {"when": rule.when, "mode": rule.mode, "from": list(rule.start)}
+    given |= {"settle": rule.settle, "dwell": rule.dwell, "because": rule.because}
+    return {key: value for key, value in given.items() if value not in (None, "", [])}
 
 
 def with_origins(node: Node) -> Any:

@@ -11,6 +11,8 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.adaptation import AdaptationRequest, Add, Change, EnterMode
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.consistency import contradictions
+from regraft.bus_schema.model.modes.mode_parts import way_between
+from regraft.bus_schema.model.modes.mode_sizes import size_problems
 from regraft.bus_schema.model.robots.scopes import SHARED
 from regraft.bus_schema.suggestions import no_such
 from regraft.stack.sections.mode_changes import change_problems, targets_of
@@ -53,10 +55,11 @@ def with_modes(root: Section, architecture: Architecture, refused: Collection[st
         for twice in contradictions([meant for _, meant, _ in changes]):
             section.wrong(f"{changes[twice.change or 0][0]}.{twice.field}", twice.problem)
     found = {name: {place: whole for place, _, whole in changes} for name, changes in read.items()}
+    large = _too_large(section, found, of_files.modes)
     if of_files.complete:
-        _check_entered(section, found, of_files.modes)
+        _check_entered(section, found, of_files.modes, large)
     known = given is None or given.value is None or isinstance(given.value, dict | str)
-    whole = {name: list(changes.values()) for name, changes in found.items()}
+    whole = {name: list(changes.values()) for name, changes in found.items() if name not in large}
     architecture = _unfolded(of_files.modes | whole, architecture)
     parts = of_files.parts | architecture.mode_parts
     architecture = replace(architecture, mode_parts=parts, mode_rules=of_files.rules)
@@ -104,32 +107,39 @@ def _meant(change: PlainValue) -> Change:
     return found
 
 
-def _check_entered(section: Section, found: Mapping[str, Mapping[str, PlainChange]], of_files: Collection[str]) -> None:
-    """Note each change that enters no mode, and the first one of each circle in which modes enter each other."""
+def _check_entered(
+    section: Section,
+    found: Mapping[str, Mapping[str, PlainChange]],
+    of_files: Collection[str],
+    large: Collection[str],
+) -> None:
+    """Note each change that enters no mode, and the first one of each circle in which modes enter each other.
+
+    No circle is looked for where modes are too ``large``.
+    """
     parts = {name: [each["mode"] for each in changes.values() if _enters(each)] for name, changes in found.items()}
-    order = list(found)
+    order = {name: index for index, name in enumerate(found)}
     for name, changes in found.items():
         for place, change in changes.items():
             inner = change["mode"] if _enters(change) else name
-            way = _way(inner, name, parts) if _enters(change) else None
+            way = way_between(inner, name, parts) if _enters(change) and name not in large else None
             if inner not in found and inner not in of_files:
                 section.wrong(f"{place}.mode", no_such("mode", inner, (*of_files, *found)))
-            elif way is not None and min(map(order.index, way)) == order.index(name):
+            elif way is not None and min(order[each] for each in way) == order[name]:
                 section.wrong(f"{place}.mode", f"enters itself: {' > '.join((name, *way))}")
 
 
-def _way(start: str, end: str, parts: Mapping[str, Collection[str]]) -> tuple[str, ...] | None:
-    """Return the modes by which one mode enters another, both included; None if it does not."""
-    ways: list[tuple[str, ...]] = [(start,)]
-    seen = {start}
-    while ways:
-        way = ways.pop()
-        if way[-1] == end:
-            return way
-        further = [inner for inner in parts.get(way[-1], ()) if inner not in seen]
-        seen.update(further)
-        ways += [(*way, inner) for inner in further]
-    return None
+def _too_large(
+    section: Section, found: Mapping[str, Mapping[str, PlainChange]], of_files: Mapping[str, Collection[PlainChange]]
+) -> set[str]:
+    """Note each mode that is too large with those that it enters; returns them."""
+    both = {name: list(changes.values()) for name, changes in found.items()}
+    own = {name: sum(not _enters(change) for change in changes) for name, changes in both.items()}
+    entered = {name: [change["mode"] for change in changes if _enters(change)] for name, changes in both.items()}
+    problems = dict(size_problems({name: len(changes) for name, changes in of_files.items()} | own, entered))
+    for name in found.keys() & problems.keys():
+        section.wrong(name, problems[name])
+    return set(problems)
 
 
 def _unfolded(found: Mapping[str, list[PlainChange]], architecture: Architecture) -> Architecture:

@@ -13,8 +13,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.mode_rules import ModeRule
-from regraft.bus_schema.model.modes.mode_parts import DEFAULT
+from regraft.bus_schema.model.modes.mode_parts import DEFAULT, way_between
+from regraft.bus_schema.model.modes.mode_sizes import size_problems
 from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.sections.system_mode_rules import Part, PartNames, rules_of
 from regraft.stack.yaml.document import read_document
@@ -138,8 +140,17 @@ class _Reader:
                         self._wrong(node.location, where, f"{DEFAULT} does not name it, so no other mode can")
                     if not part.is_node:
                         self._check_state(name, node, where)
+        inner = {part.name: self._inner_parts(part) for part in self.parts.values()}
         for part in self.parts.values():
-            self._check_circles(part, ())
+            way = next(filter(None, (way_between(name, part.name, inner) for name in inner[part.name])), None)
+            if way is not None:
+                self._wrong(part.location, part.name, f"is a part of itself: {' > '.join((part.name, *way))}")
+        told: set[str] = set()
+        for place, problem in size_problems(*self._sizes()):
+            name = place.partition(" ")[0]
+            if name not in told:
+                self._wrong(self.parts[name].location, place.replace(" ", ".modes."), problem)
+            told.add(name)
 
     def _check_state(self, name: str, node: Node, where: str) -> None:
         state, _, mode = str(node.value).partition(".")
@@ -155,15 +166,28 @@ class _Reader:
             modes = known.modes if known else ()
             self._wrong(node.location, where, f"{name} has no mode {mode!r}; {instead_of(mode, modes)}")
 
-    def _check_circles(self, part: Part, above: tuple[str, ...]) -> None:
-        if part.name in above:
-            if part.name == above[0]:
-                self._wrong(part.location, part.name, f"is a part of itself: {' > '.join((*above, part.name))}")
-            return
-        if not part.is_node:
-            for name in {name for settings in part.modes.values() for name in settings}:
-                if name in self.parts:
-                    self._check_circles(self.parts[name], (*above, part.name))
+    def _inner_parts(self, part: Part) -> list[str]:
+        """Return the parts of a system that the file has."""
+        settings = () if part.is_node else part.modes.values()
+        return sorted({name for each in settings for name in each if name in self.parts})
+
+    def _sizes(self) -> tuple[dict[str, int], dict[str, list[str]]]:
+        """Return the most changes of its own that each mode, or state, of a system has, and what it enters."""
+        own: dict[str, int] = {}
+        entered: dict[str, list[str]] = {}
+        for part in self.parts.values():
+            for mode in (*part.modes, *TRANSITIONS) if not part.is_node else ():
+                place = f"{part.name} {mode}"
+                own[place], entered[place] = 0, []
+                for name, node in part.settings(mode if mode in part.modes else DEFAULT).items():
+                    state, _, inner = str(node.value).partition(".")
+                    if name not in self.parts or self.parts[name].is_node:
+                        own[place] += 2
+                    elif mode in part.modes and state == State.ACTIVE.value:
+                        entered[place].append(f"{name} {inner or DEFAULT}")
+                    else:
+                        entered[place].append(f"{name} {state if mode in part.modes else mode}")
+        return own, entered
 
     def changes(self, part: Part, mode: str) -> Iterator[PlainValue]:
         """Yield the changes that bring a part, active, into a mode."""

@@ -51,6 +51,23 @@ def modes_by_part(modes: Collection[str]) -> dict[str, list[str]]:
     return found
 
 
+def way_between(start: str, end: str, parts: Mapping[str, Collection[str]]) -> tuple[str, ...] | None:
+    """Return the modes by which one mode enters another, both included; None if it does not."""
+    outer = {start: ""}
+    reached = [start]
+    while reached:
+        last = reached.pop()
+        if last == end:
+            way = [last]
+            while way[-1] != start:
+                way.append(outer[way[-1]])
+            return tuple(reversed(way))
+        further = [inner for inner in parts.get(last, ()) if inner not in outer]
+        outer |= dict.fromkeys(further, last)
+        reached += further
+    return None
+
+
 def entered_with(mode: str, parts: Mapping[str, Collection[str]]) -> Iterator[str]:
     """Yield a mode and those of other parts that it enters, the outer ones first; ``parts`` has no circle."""
     yield mode
