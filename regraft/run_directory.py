@@ -60,7 +60,7 @@ class RunInfo:
 
 
 def home() -> Path:
-    """Return the folder of all systems' folders."""
+    """Return the folder of all systems' folders; raises RuntimeError where there is no home."""
     return Path(os.environ.get("REGRAFT_HOME") or Path.home() / ".regraft")
 
 

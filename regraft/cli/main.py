@@ -28,6 +28,7 @@ from regraft.cli.group import Commands
 from regraft.cli.objectives.commands import objective
 from regraft.cli.outcomes import BAD_INPUT, EXIT_CODES, FAILED
 from regraft.cli.stack.commands import stack
+from regraft.cli.surroundings import BadSurroundings, check_surroundings
 from regraft.cli.system.doctor import doctor
 from regraft.cli.system.host import host
 from regraft.cli.system.logs import events, logs
@@ -105,13 +106,14 @@ def main() -> None:
     standard_streams.prepare()
     try:
         check_files()
+        check_surroundings()
         # Reading the signatures of all commands, and loading those of other packages, takes a fifth of the start.
         asked = _asked(sys.argv[1:])
         app = build(asked)
         if not asked:
             add_extensions(app)
         app(prog_name="regraft")
-    except TooMany as error:
+    except (TooMany, BadSurroundings) as error:
         complain(str(error))
         sys.exit(BAD_INPUT)
     except CannotWrite as error:

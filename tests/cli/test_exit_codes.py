@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import socket
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,11 +15,13 @@ from regraft import CallFailed, run_directory
 from regraft.bus.interface import BusError
 from regraft.cli.group import exit_code
 from regraft.cli.outcomes import BAD_INPUT, FAILED, NOT_REACHABLE
+from regraft.cli.surroundings import BadSurroundings, check_surroundings
 from regraft.client import ClientError, NoAnswer, NoSuchComponent, NoSuchHost
 from regraft.run_directory import RunInfo
 from regraft.stack import Problem, StackError
 from tests.cli.conftest import Regraft
 from tests.cli.live import STACK
+from tests.support.waiting import PATIENCE
 
 NEED_A_SYSTEM = [
     ("host",),
@@ -144,6 +148,34 @@ def test_a_gateway_port_in_use_is_said_before_anything_runs(regraft: Regraft, ho
     assert f"gateway cannot listen on 127.0.0.1:{port}" in found.stderr
     assert "--set gateway.port=" in found.stderr
     assert found.stdout == ""
+
+
+IN_A_FOLDER_THAT_IS_GONE = """\
+import os, sys, tempfile
+os.chdir(tempfile.mkdtemp())
+os.rmdir(os.getcwd())
+sys.argv = ["regraft", "ps"]
+from regraft.cli.main import main
+main()
+"""
+
+
+def test_a_command_in_a_folder_that_is_gone_exits_with_2_and_one_line() -> None:
+    command = [sys.executable, "-c", IN_A_FOLDER_THAT_IS_GONE]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
+    assert done.returncode == 2, done.stderr
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("regraft: the working folder is not there any more")
+
+
+def test_a_command_of_a_user_without_a_home_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_home() -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("REGRAFT_HOME", raising=False)
+    monkeypatch.setattr(Path, "home", no_home)
+    with pytest.raises(BadSurroundings, match="set REGRAFT_HOME"):
+        check_surroundings()
 
 
 def test_errors_of_the_kit_have_the_documented_exit_codes() -> None:

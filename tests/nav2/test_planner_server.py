@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,10 @@ from regraft.bus_schema.messages.nav2.paths import (
 )
 from regraft.component.goal import Goal
 from regraft.planar import Pose2D
+from regraft.services.navigator.driving.robot import Footprint
+from regraft.services.navigator.planning.grid import OccupancyGrid
+from regraft.services.navigator.planning.terrain import Inflation, Terrain
+from regraft.services.navigator.servers.costs import LETHAL, footprint_cost
 from regraft.services.navigator.servers.planner_server import PlannerServer
 from regraft.testing import Rig
 
@@ -178,6 +183,24 @@ def test_an_empty_path_is_not_valid_and_an_unknown_layer_is_refused(bench: Bench
     assert validity(bench, Path()) == PathValidity(True, False)
     with pytest.raises(CallFailed, match="layer: must be '' or 'static', is 'voxels'"):
         validity(bench, LINE, layer="voxels")
+
+
+def test_a_path_in_a_foreign_frame_is_refused(bench: Bench) -> None:
+    foreign = replace(LINE, frame="mars")
+    with pytest.raises(CallFailed, match="path: the frame must be map or odom, is 'mars'"):
+        validity(bench, foreign)
+    smoothed = bench.do("smooth_path", SmoothPath(foreign), SmoothedPath)
+    assert smoothed.error_code == SmoothError.INVALID_PATH
+    assert "the frame must be map or odom, is 'mars'" in smoothed.error_msg
+
+
+def test_a_round_robot_has_the_same_cost_in_every_direction() -> None:
+    cells = np.zeros((80, 80), dtype=np.int8)
+    cells[44, 44] = 100  # from 0.28 m away on, in a corner of the square around a disc of 0.25 m
+    terrain = Terrain.of(OccupancyGrid(cells, 0.05, 0.0, 0.0), Inflation.of(0.25, 0.6), True)
+    disc = Footprint.disc(0.25)
+    assert {footprint_cost(Pose2D(2.0, 2.0, yaw), disc, terrain) for yaw in np.linspace(0.0, 6.0, 25)} == {0.0}
+    assert footprint_cost(Pose2D(2.1, 2.1), disc, terrain) == LETHAL
 
 
 def test_costs_are_those_of_nav2s_scale() -> None:

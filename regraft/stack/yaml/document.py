@@ -65,7 +65,7 @@ def parse(text: str, file: str) -> Node:
     except (ValueError, OverflowError) as error:  # of numbers in escapes and directives, which PyYAML does not check
         fail(file, None, f"is not YAML: it holds a number that is too large ({error})")
     if root is None:
-        fail(file, None, "is empty: a stack needs at least 'system' and 'components'")
+        fail(file, None, "is empty: it must be a map of fields")
     conversion = _Conversion(file)
     node = conversion.node(root, "", 0)
     conversion.report.raise_if_any()

@@ -20,6 +20,8 @@ INSCRIBED: Final = 253.0
 FARTHEST: Final = 252.0
 MARGIN: Final = 0.027
 """m beyond the half width: a nearer obstacle makes a path invalid, as for the navigator."""
+TOLERANCE: Final = 1e-9
+"""m: what rounding of numbers takes from a point on the outline."""
 BORDER: Final = 0.04
 """m between the points of an outline that are looked at."""
 
@@ -60,5 +62,9 @@ def footprint_cost(pose: Pose2D, footprint: Footprint, terrain: Terrain) -> floa
 def _points_within(footprint: Footprint) -> FloatArray:
     xs = np.arange(-footprint.rear, footprint.front + BORDER, BORDER).clip(max=footprint.front)
     ys = np.arange(-footprint.half_width, footprint.half_width + BORDER, BORDER).clip(max=footprint.half_width)
-    x, y = np.meshgrid(xs, ys)
-    return np.column_stack([x.ravel(), y.ravel()])
+    x, y = (each.ravel() for each in np.meshgrid(xs, ys))
+    rounding = footprint.rounding
+    beyond_x = np.abs(x - footprint.centre) - (footprint.front + footprint.rear) / 2 + rounding
+    beyond_y = np.abs(y) - footprint.half_width + rounding
+    is_within = np.hypot(beyond_x.clip(min=0.0), beyond_y.clip(min=0.0)) <= rounding + TOLERANCE
+    return np.column_stack([x[is_within], y[is_within]])

@@ -36,7 +36,7 @@ from regraft.services.navigator.servers.costs import INSCRIBED, LETHAL, UNKNOWN,
 from regraft.services.navigator.servers.map_user import MapUser
 from regraft.services.navigator.servers.paths import ahead_of, path_of
 from regraft.services.navigator.servers.planning import PLANNERS, STATIC_GRID, PathFinder, PlanningFailed
-from regraft.services.navigator.servers.surroundings import check_frame
+from regraft.services.navigator.servers.surroundings import check_frame, frame_problem
 
 SMOOTHERS = {"simple_smoother": 1, "route_smoother": 8}
 """The smoothers, and how often each rounds what the planner rounds once."""
@@ -100,6 +100,8 @@ class PlannerServer(MapUser):
         if len(goal.path.poses) < 2:
             why = f"the path has {len(goal.path.poses)} poses; it needs at least 2"
             return SmoothedPath(error_code=int(SmoothError.INVALID_PATH), error_msg=why)
+        if problem := frame_problem(goal.path.frame):
+            return SmoothedPath(error_code=int(SmoothError.INVALID_PATH), error_msg=f"the path: {problem}")
         return self._smoothed(goal, SMOOTHERS[name])
 
     @service("is_path_valid")
@@ -109,6 +111,8 @@ class PlannerServer(MapUser):
         if request.layer not in LAYERS:
             why = f"must be {' or '.join(repr(layer) for layer in LAYERS)}, is {request.layer!r}"
             raise RequestRefused(why, RefusalCode.INVALID, field="layer")
+        if problem := frame_problem(request.path.frame):
+            raise RequestRefused(problem, RefusalCode.INVALID, field="path")
         if self._surroundings.missing():
             return PathValidity(False, False)
         points = request.path.rows[:, :2]
@@ -199,10 +203,8 @@ class PlannerServer(MapUser):
 
 
 def _check(pose: FramedPose, field: str) -> Pose2D:
-    try:
-        check_frame(field, pose.frame)
-    except ValueError as error:
-        raise RequestRefused(str(error), RefusalCode.INVALID, field=field) from None
+    if problem := frame_problem(pose.frame):
+        raise RequestRefused(problem, RefusalCode.INVALID, field=field)
     return planar_pose(pose.pose)
 
 

@@ -28,10 +28,15 @@ class BadMap(ValueError):
     """A map that nothing can be planned on; the text states why."""
 
 
+def frame_problem(frame: str) -> str:
+    """Return what is wrong with a frame, empty if it is known."""
+    return "" if frame in FRAMES else f"the frame must be {' or '.join(FRAMES)}, is {frame!r}"
+
+
 def check_frame(place: str, frame: str) -> None:
     """Make sure that a pose or path is in a known frame; raises ValueError."""
-    if frame not in FRAMES:
-        raise ValueError(f"{place}: the frame must be {' or '.join(FRAMES)}, is {frame!r}")
+    if problem := frame_problem(frame):
+        raise ValueError(f"{place}: {problem}")
 
 
 @dataclass(slots=True)
