@@ -94,6 +94,12 @@ def lock(system: str) -> IO[str]:
     return held
 
 
+def unlock(held: IO[str]) -> None:
+    """Let go of a system's lock, though a process that has just been killed may still have the file open."""
+    fcntl.flock(held, fcntl.LOCK_UN)
+    held.close()
+
+
 def _locked(held: IO[str]) -> bool:
     """Take the lock, waiting a moment for those who only look whether somebody holds it."""
     for _ in range(LOOKERS_TIMEOUT):

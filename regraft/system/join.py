@@ -131,7 +131,7 @@ def run_guest(
         finally:
             zygote.close()
     finally:
-        held.close()
+        run_directory.unlock(held)
 
 
 def _look(wanted: Wanted) -> JoinedSystem:

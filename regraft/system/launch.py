@@ -133,7 +133,7 @@ def run_system(
             zygote.close()
     finally:
         run_directory.forget_info(system)
-        held.close()
+        run_directory.unlock(held)
 
 
 def prepare_process(specs: Iterable[ComponentSpec], notice: Notice = lambda _: None) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -56,3 +57,13 @@ def test_the_process_of_a_run_that_was_killed_is_not_taken_for_the_next_ones(hom
         run_directory.lock("frog")
     assert "42" not in str(refused.value)
     starting.close()
+
+
+def test_a_lock_is_free_once_its_system_has_ended_though_a_killed_child_has_the_file_open(home: Path) -> None:
+    held = run_directory.lock("frog")
+    with subprocess.Popen(["sleep", "60"], pass_fds=[held.fileno()]) as child:
+        try:
+            run_directory.unlock(held)
+            run_directory.unlock(run_directory.lock("frog"))
+        finally:
+            child.kill()
