@@ -31,6 +31,10 @@ class NotRunning(Exception):
     """No system of that name is running, or it is not clear which one is meant."""
 
 
+class NoHome(Exception):
+    """There is no folder for the systems' files; the text states what would be right."""
+
+
 class NoRoom(Exception):
     """The system's folder cannot be written; the text states why."""
 
@@ -60,8 +64,11 @@ class RunInfo:
 
 
 def home() -> Path:
-    """Return the folder of all systems' folders; raises RuntimeError where there is no home."""
-    return Path(os.environ.get("REGRAFT_HOME") or Path.home() / ".regraft")
+    """Return the folder of all systems' folders; raises NoHome."""
+    try:
+        return Path(os.environ.get("REGRAFT_HOME") or Path.home() / ".regraft")
+    except RuntimeError:
+        raise NoHome("there is no home folder for the systems' files: set REGRAFT_HOME to a folder, or HOME") from None
 
 
 def folder(system: str) -> Path:
@@ -95,7 +102,7 @@ def lock(system: str) -> IO[str]:
 
 
 def unlock(held: IO[str]) -> None:
-    """Let go of a system's lock, though a process that has just been killed may still have the file open."""
+    """Give a system's lock back, though a process that has just been killed may still have the file open."""
     fcntl.flock(held, fcntl.LOCK_UN)
     held.close()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -28,7 +29,6 @@ from regraft.cli.group import Commands
 from regraft.cli.objectives.commands import objective
 from regraft.cli.outcomes import BAD_INPUT, EXIT_CODES, FAILED
 from regraft.cli.stack.commands import stack
-from regraft.cli.surroundings import BadSurroundings, check_surroundings
 from regraft.cli.system.doctor import doctor
 from regraft.cli.system.host import host
 from regraft.cli.system.logs import events, logs
@@ -38,6 +38,7 @@ from regraft.cli.system.up import up
 from regraft.cli.terminal import standard_streams
 from regraft.cli.terminal.output import complain
 from regraft.cli.terminal.standard_streams import CannotWrite
+from regraft.run_directory import NoHome
 from regraft.system.capacity import TooMany, check_files
 
 COMMANDS = (
@@ -101,20 +102,32 @@ def _asked(words: list[str]) -> str:
     return first if first in GROUPS or any(first == command.__name__ for command in COMMANDS) else ""
 
 
+def _has_a_folder() -> bool:
+    try:
+        Path.cwd()
+    except OSError:
+        return False
+    return True
+
+
 def main() -> None:
     """Run the command line of this process."""
     standard_streams.prepare()
     try:
         check_files()
-        check_surroundings()
         # Reading the signatures of all commands, and loading those of other packages, takes a fifth of the start.
         asked = _asked(sys.argv[1:])
         app = build(asked)
         if not asked:
             add_extensions(app)
         app(prog_name="regraft")
-    except (TooMany, BadSurroundings) as error:
+    except (TooMany, NoHome) as error:
         complain(str(error))
+        sys.exit(BAD_INPUT)
+    except FileNotFoundError:
+        if _has_a_folder():
+            raise
+        complain("the working folder is not there any more: change to another one")
         sys.exit(BAD_INPUT)
     except CannotWrite as error:
         standard_streams.give_up_output()

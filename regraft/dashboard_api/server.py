@@ -115,6 +115,11 @@ class HttpServer:
         self._bound.close()
         return not self._thread.is_alive()
 
+    @property
+    def connections(self) -> frozenset[Any]:
+        """The connections of now."""
+        return frozenset(self._server.server_state.connections)
+
     def turns(self, within: float) -> bool:
         """Wait until the event loop has come round, at most ``within`` seconds; returns whether it has."""
         turned = threading.Event()

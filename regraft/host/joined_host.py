@@ -14,7 +14,7 @@ from regraft.bus.interface import Answer, Bus, BusError
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.protocol.control import ControlCode, ControlError
-from regraft.bus_schema.messages.protocol.host import StartComponent
+from regraft.bus_schema.messages.protocol.host import StartComponent, UpdateSpecs
 from regraft.bus_schema.messages.protocol.joining import JoinedSystem, JoinHost, Lease, PastRun, RenewLease
 from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.bus_schema.model.hosts.offers import HostOffer
@@ -61,7 +61,7 @@ class JoinedHost(Host):
         self._lease = joined.lease
         self._held_until = asked_at + joined.lease
         self._lapsed = self._outside = False
-        self._asked_at = 0.0
+        self._asked_at = self._updated_at = 0.0
         self._waiting = False
         self._cut: set[str] = set()
         self._leases: dict[str, GrantedLease] = {}
@@ -70,6 +70,7 @@ class JoinedHost(Host):
 
     def _take_past(self, run: PastRun) -> None:
         managed = self.processes.get(run.component)
+        self.standby_runs.leave_out(run.component, run.incarnation)
         self.past.note(run.component, run.incarnation, run.checkpoint)
         if managed is not None and not managed.has_process and run.incarnation > managed.incarnation:
             managed.incarnation = run.incarnation
@@ -171,7 +172,7 @@ class JoinedHost(Host):
         if lease.ending:
             self.over, self.orderly = "the system ends", True
         elif not lease.held:
-            self._outside = True
+            self._outside, self._asked_at = True, 0.0  # to join again is urgent: the lease is not extended meanwhile
         elif not self._lapsed:
             self._held_until = sent + self._lease
 
@@ -221,17 +222,23 @@ class JoinedHost(Host):
         if joined.run != self.plan.run:
             self.over = "the system that this host had joined has ended"
             return
+        if self._updated_at > sent:
+            return  # the answer may be older than what has been given since: it is asked again
+        was_alone = self._lapsed
         self._held_until, self._lease = sent + joined.lease, joined.lease
         self._lapsed = self._outside = False
         self.term, self.revision = max(self.term, joined.term), joined.revision
         self.plan = replace(self.plan, architecture=joined.architecture)
         mine = self.plan.mine()
-        to_start = self._cut | (mine.keys() - self.processes.keys())
-        for name in sorted(self.processes.keys() - mine.keys()):
+        # Of a host that was never alone, nothing was decided that its manager does not see to: moves are under way.
+        to_start = self._cut | (mine.keys() - self.processes.keys()) if was_alone else set()
+        placed = mine.keys() if was_alone else joined.architecture.components.keys()
+        for name in sorted(self.processes.keys() - placed):
             # It is placed elsewhere now, or nowhere: the run here does not speak for it any more.
             self.processes[name].remove()
             self._cut_off(self.processes[name])
-        self._end_beside()
+        if was_alone:
+            self._end_beside()
         for spec in mine.values():
             self._take_spec(spec)
         for run in joined.past:
@@ -244,9 +251,15 @@ class JoinedHost(Host):
         self._publisher.event("host.returned", self.plan.name, f"host {self.plan.name} is part of the system again")
         self._next_status = 0.0
 
+    def take_update(self, update: UpdateSpecs) -> None:
+        """Take new specs as any host."""
+        super().take_update(update)
+        if update.specs or update.removed:
+            self._updated_at = now()
+
     def _begin_again(self, name: str) -> None:
         """Have a component run by its spec: nobody knows what its run was given meanwhile."""
-        managed = self.processes[name]
-        if managed.has_process and not managed.stopping:
+        managed = self.processes.get(name)
+        if managed is not None and managed.has_process and not managed.stopping:
             self.ask_to_end(managed, GRACE_TO_BEGIN_AGAIN)
             managed.start_again = True

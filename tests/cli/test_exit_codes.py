@@ -15,7 +15,6 @@ from regraft import CallFailed, run_directory
 from regraft.bus.interface import BusError
 from regraft.cli.group import exit_code
 from regraft.cli.outcomes import BAD_INPUT, FAILED, NOT_REACHABLE
-from regraft.cli.surroundings import BadSurroundings, check_surroundings
 from regraft.client import ClientError, NoAnswer, NoSuchComponent, NoSuchHost
 from regraft.run_directory import RunInfo
 from regraft.stack import Problem, StackError
@@ -154,7 +153,7 @@ IN_A_FOLDER_THAT_IS_GONE = """\
 import os, sys, tempfile
 os.chdir(tempfile.mkdtemp())
 os.rmdir(os.getcwd())
-sys.argv = ["regraft", "ps"]
+sys.argv = ["regraft", "stack", "check", "none.yaml"]
 from regraft.cli.main import main
 main()
 """
@@ -174,8 +173,8 @@ def test_a_command_of_a_user_without_a_home_is_refused(monkeypatch: pytest.Monke
 
     monkeypatch.delenv("REGRAFT_HOME", raising=False)
     monkeypatch.setattr(Path, "home", no_home)
-    with pytest.raises(BadSurroundings, match="set REGRAFT_HOME"):
-        check_surroundings()
+    with pytest.raises(run_directory.NoHome, match="set REGRAFT_HOME"):
+        run_directory.home()
 
 
 def test_errors_of_the_kit_have_the_documented_exit_codes() -> None:

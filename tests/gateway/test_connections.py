@@ -6,11 +6,11 @@ import gc
 import socket
 import threading
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 
 import httpx
 import pytest
-from fastapi import FastAPI
+from fastapi import FastAPI, Request, Response
 
 from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.dashboard_api.http import peers
@@ -59,6 +59,14 @@ def server(held: Held) -> Iterator[HttpServer]:
     def answer() -> str:
         return "well"
 
+    @app.get("/long")
+    def much() -> Response:
+        return Response(b"x" * 10_000_000)
+
+    @app.post("/")
+    async def take(request: Request) -> int:
+        return len(await request.body())
+
     @app.get("/wait")
     def wait() -> str:
         held.wait()
@@ -82,18 +90,21 @@ def is_well(server: HttpServer) -> bool:
     return httpx.get(f"{server.url}/", timeout=PATIENCE).text == '"well"'
 
 
-@pytest.mark.parametrize("begun", [b"", b"GET / HTTP/1.1\r\nHost: "])
+HALF = b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 10\r\n\r\nhalf"
+
+
+@pytest.mark.parametrize("begun", [b"", b"GET / HTTP/1.1\r\nHost: ", HALF])
 def test_a_connection_that_does_not_finish_its_request_is_closed(
     server: HttpServer, monkeypatch: pytest.MonkeyPatch, begun: bytes
 ) -> None:
-    monkeypatch.setattr(peers, "HEAD_TIMEOUT", 0.2)
+    monkeypatch.setattr(peers, "REQUEST_TIMEOUT", 0.2)
     with connect(server, begun) as silent:
         assert silent.recv(1) == b""
     assert is_well(server)
 
 
 def test_the_head_of_a_further_request_has_its_time_too(server: HttpServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(peers, "HEAD_TIMEOUT", 0.2)
+    monkeypatch.setattr(peers, "REQUEST_TIMEOUT", 0.2)
     with connect(server, b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n") as slow:
         assert slow.recv(65536).startswith(b"HTTP/1.1 200")
         slow.sendall(b"GET / HTTP/1.1\r\n")
@@ -104,7 +115,7 @@ def test_the_head_of_a_further_request_has_its_time_too(server: HttpServer, monk
 def test_a_request_that_is_being_answered_has_all_the_time(
     server: HttpServer, held: Held, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(peers, "HEAD_TIMEOUT", 0.05)
+    monkeypatch.setattr(peers, "REQUEST_TIMEOUT", 0.05)
     with connect(server, ASK) as waiting:
         held.wait_arrived(1)
         with connect(server) as silent:
@@ -113,18 +124,35 @@ def test_a_request_that_is_being_answered_has_all_the_time(
         assert waiting.recv(65536).startswith(b"HTTP/1.1 200")
 
 
-def test_silent_connections_make_room_for_others(server: HttpServer, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_answer_that_nobody_reads_is_given_up(server: HttpServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(peers, "READING_TIMEOUT", 0.2)
+    with connect(server, b"GET /long HTTP/1.1\r\nHost: localhost\r\n\r\n") as idle:
+        idle.settimeout(PATIENCE)
+        wait_until(lambda: len(server.connections) == 0, "the connection to be given up")
+
+
+@pytest.mark.parametrize("begun", [b"", HALF])
+def test_unfinished_requests_make_room_for_others(
+    server: HttpServer, monkeypatch: pytest.MonkeyPatch, begun: bytes
+) -> None:
     monkeypatch.setattr(peers, "MAX_CONNECTIONS", MOST)
+    monkeypatch.setattr(peers, "REQUEST_TIMEOUT", 10.0 * PATIENCE)
     with ExitStack() as stack:
-        silent = [stack.enter_context(connect(server)) for _ in range(3 * MOST)]
+        silent = [stack.enter_context(connect(server, begun)) for _ in range(10 * MOST)]
         assert is_well(server)
-        assert silent[0].recv(1) == b"", "the oldest was closed"
+        wait_until(lambda: len(server.connections) <= MOST, "the oldest to be closed")
+        with suppress(ConnectionResetError):
+            assert silent[0].recv(1) == b""
+        silent[-1].settimeout(0.1)
+        with pytest.raises(TimeoutError):
+            silent[-1].recv(1)
 
 
 def test_connections_that_are_being_answered_are_kept_and_one_more_is_refused(
     server: HttpServer, held: Held, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(peers, "MAX_CONNECTIONS", MOST)
+    monkeypatch.setattr(peers, "REQUEST_TIMEOUT", 10.0 * PATIENCE)
     with ExitStack() as stack:
         waiting = [stack.enter_context(connect(server, ASK)) for _ in range(MOST)]
 

@@ -85,3 +85,21 @@ def test_modes_that_enter_each_other_in_a_long_row_are_refused(tmp_path: Path, i
     assert any("deep; it may be 50" in each.problem for each in found)
     lines = {each.line for each in found}
     assert is_circle or line_of(text, "mode_49:") not in lines
+
+
+def test_modes_in_many_circles_are_refused_in_time(tmp_path: Path) -> None:
+    names = [f"mode_{n}" for n in (0, *range(20, 0, -1))]
+    text = f"{GOOD}modes:\n"
+    for name in names:
+        n = int(name.partition("_")[2])
+        entered = [f"mode_{each}" for each in (*range(n), n + 1) if each <= 20]
+        text += f"  {name}: [{', '.join(f'{{change: mode, mode: {each}}}' for each in entered)}]\n"
+    assert any("enters itself" in each.problem for each in problems(tmp_path, text))
+
+
+def test_all_modes_together_are_bounded(tmp_path: Path) -> None:
+    text = f"{GOOD}modes:\n  mode_0: [{SLOW}]\n"
+    for n in range(1, 12):
+        text += f"  mode_{n}:\n" + f"    - {{change: mode, mode: mode_{n - 1}}}\n" * 2
+    text += "".join(f"  large_{n}: [{{change: mode, mode: mode_11}}]\n" for n in range(30))
+    assert any("all modes may have 100000 changes" in each.problem for each in problems(tmp_path, text))

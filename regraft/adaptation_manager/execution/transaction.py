@@ -180,12 +180,9 @@ async def undo(
         steps[index] = replace(step, state=state, error="; ".join(filter(None, (step.error, problem))))
         if problem:
             problems.append(f"{step.component}: {step.action}: {problem}")
-    if any(isinstance(step.undo, EndProcess) and step.component in context.before.components for step in planned):
-        # Hosts were to forget what had been started elsewhere: the first one knows the component no more.
-        try:
-            await _give(context, former)
-        except ControlFailed as error:
-            problems.append(f"the former specs: {error}")
+    back = {s.component for s in planned if isinstance(s.undo, EndProcess)} & context.before.components.keys()
+    if back:
+        problems += await _give_home(context, former, sorted(back))
     return problems + await _read_back(context, planned, steps)
 
 
@@ -215,6 +212,22 @@ async def _give(context: ExecutionContext, former: UpdateSpecs) -> None:
                 raise
         await context.pause(UNDO_INTERVAL)
         await context.refresh()
+
+
+async def _give_home(context: ExecutionContext, former: UpdateSpecs, names: list[str]) -> list[str]:
+    """Give components that had been started elsewhere to their hosts again, which were to forget them.
+
+    Those that are back start them; returns why that failed.
+    """
+    try:
+        await _give(context, former)
+        for name in names:
+            home = context.before.components[name].host
+            if context.hosts.is_there(home):
+                await context.hosts.start(name, home, resume=True)
+    except ControlFailed as error:
+        return [f"the former specs of {', '.join(names)}: {error}"]
+    return []
 
 
 async def _undo_step(context: ExecutionContext, step: PlannedStep, state: StepState) -> str:

@@ -44,7 +44,7 @@ class ArchitectureStore:
         """Open the journal at this run's place; returns its term. Raises JournalError.
 
         On a run's first opening, the stack's start becomes its first line. A long journal takes seconds, so a thread of
-        its own may do this. Nothing else may happen to the store meanwhile, and ``tell_all`` has to follow.
+        its own may do this. The store is closed meanwhile, and ``tell_all`` has to follow.
         """
         self.close()
         self._is_opening = True
@@ -73,7 +73,7 @@ class ArchitectureStore:
         return journal, term
 
     def tell_all(self) -> None:
-        """Publish the events of what was found since the last time."""
+        """Publish the events of what the opening has found."""
         while self._untold:
             self._publish(*self._untold.pop(0))
 

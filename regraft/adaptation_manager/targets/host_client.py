@@ -60,6 +60,8 @@ class Update:
 
     waiting: dict[str, Future[list[Answer]]]
     learn: Callable[[HostStatus], object]
+    missed: Callable[[frozenset[str]], Future[list[Answer]] | None]
+    """Notifies the first host of those that did not answer: it has them join again."""
     left: frozenset[str] = frozenset()
     """The hosts that only lose components: one that does not answer learns of it by joining again."""
 
@@ -85,6 +87,10 @@ class Update:
                 continue
             self.learn(status)
             told.append(status)
+        silent = frozenset(host for host, error in failures.items() if isinstance(error, NoAnswer))
+        notified = self.missed(silent) if silent else None
+        if notified is not None:
+            await notified
         return runs_of(*told), failures
 
 
@@ -146,7 +152,16 @@ class Hosts:
 
     def _update(self, updates: dict[str, UpdateSpecs], left: frozenset[str] = frozenset()) -> Update:
         asked = {host: self._ask(host, "specs", codec.encode(updates[host])) for host in sorted(updates)}
-        return Update(asked, self._learn, left)
+
+        def missed(hosts: frozenset[str]) -> Future[list[Answer]] | None:
+            given = updates.get(FIRST)
+            if given is None or FIRST in hosts or not (given.specs or given.removed):
+                return None
+            with contextlib.suppress(NoAnswer):  # the first host is gone, and with it the system
+                return self._ask(FIRST, "specs", codec.encode(replace(given, not_told=tuple(sorted(hosts)))))
+            return None
+
+        return Update(asked, self._learn, missed, left)
 
     def keep(self, end: JournalEnd) -> None:
         """Have the first host keep the journal's end; its answer is not waited for. Raises NoAnswer."""

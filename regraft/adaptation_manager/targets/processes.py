@@ -99,15 +99,15 @@ def pauses() -> Iterator[float]:
 async def end_process(context: ExecutionContext, component: str, host: str, grace: float = GRACE) -> None:
     """End a component's process and have its host forget it; does nothing if that is so. Raises ControlFailed."""
     await _release(context, component)
-    processes = await context.hosts.give(UpdateSpecs(context.revision, removed=(component,)))
-    if component not in processes:
+    await context.hosts.give(UpdateSpecs(context.revision, removed=(component,)))
+    if host not in context.hosts.which_know(component):
         await context.refresh()
         return
     await context.hosts.stop(component, host, grace)
     patience = Patience(grace + KILLED_TIMEOUT)
     for pause in pauses():
         await context.refresh()
-        if component not in context.controls.processes and host not in context.hosts.silent:
+        if host not in context.hosts.silent and host not in context.hosts.which_know(component):
             return
         if patience.is_over():
             raise NoAnswer(f"host {host!r}: {component} has not ended within {grace + KILLED_TIMEOUT:g} s")

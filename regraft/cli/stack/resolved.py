@@ -16,7 +16,8 @@ from regraft.stack.yaml.nodes import Location, Node
 def resolved(stack: Stack) -> Node:
     """Return the document of a stack; a file of it gives the same architecture, wherever the file is.
 
-    A value that no file has is from the class of the component, which is named as its origin.
+    Rules of files of system_modes that nobody enforces are left out. A value that no file has is from the class of the
+    component, which is named as its origin.
     """
     document = stack.document
     assert isinstance(document.value, dict)

@@ -22,16 +22,20 @@ LINKED: Final = {ESTABLISHED: {ESTABLISHED, FIN_WAIT1, FIN_WAIT2}, CLOSE_WAIT: {
 """The states that the client's end can have, by the state of ours: open, or the client has nothing more to send."""
 
 
-HEAD_TIMEOUT: Final = 5.0
-"""Seconds that a client has for the head of a request, from its first byte or from the connection on."""
+REQUEST_TIMEOUT: Final = 5.0
+"""Seconds that a client has for a whole request, from its first byte or from the connection on."""
+READING_TIMEOUT: Final = 10.0
+"""Seconds for which a client may take nothing of an answer that waits for it."""
 MAX_CONNECTIONS: Final = 128
-"""Connections at a time: for another one, the oldest that waits for a request is closed."""
+"""Connections at a time: for another one, the oldest that waits for its client is closed."""
 
 
 class KnownConnection(H11Protocol):
     """HTTP on one connection, which its requests can look at; one that stays silent locks nobody out."""
 
-    _head_due: asyncio.TimerHandle | None = None
+    _request_due: asyncio.TimerHandle | None = None
+    _reading_due: asyncio.TimerHandle | None = None
+    _has_ended = False
     made = 0.0
     """When the connection was made (s, of the event loop's clock)."""
 
@@ -40,7 +44,7 @@ class KnownConnection(H11Protocol):
         super().connection_made(transport)
         self.made = self.loop.time()
         self._make_room()
-        self._expect_head()
+        self._watch()
         app: ASGIApp = self.app
         connection = transport.get_extra_info("socket")
 
@@ -53,34 +57,56 @@ class KnownConnection(H11Protocol):
     def data_received(self, data: bytes) -> None:
         """Take what has come."""
         super().data_received(data)
-        self._expect_head()
+        self._watch()
+
+    def pause_writing(self) -> None:
+        """Wait for the client to read."""
+        super().pause_writing()
+        if self._reading_due is None:
+            self._reading_due = self.loop.call_later(stretched(READING_TIMEOUT), self._end)
+
+    def resume_writing(self) -> None:
+        """Send on."""
+        super().resume_writing()
+        self._reading_due = _cancelled(self._reading_due)
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Wait for nothing more."""
         super().connection_lost(exc)
-        self._expect_no_head()
+        self._has_ended = True
+        self._request_due = _cancelled(self._request_due)
+        self._reading_due = _cancelled(self._reading_due)
 
     @property
-    def waits(self) -> bool:
-        """Whether no request is being answered: the next is waited for, or has come in part."""
-        return self.cycle is None or self.cycle.response_complete
+    def _awaits_request(self) -> bool:
+        """Whether no request has come, or only a part of one."""
+        cycle = self.cycle
+        return cycle is None or cycle.response_complete or bool(cycle.more_body)
 
     def _make_room(self) -> None:
-        if len(self.connections) > MAX_CONNECTIONS:
-            others = [each for each in self.connections if isinstance(each, KnownConnection) and each is not self]
-            waiting = min((each for each in others if each.waits), key=lambda each: each.made, default=self)
-            waiting.transport.abort()
+        """End the oldest connections that wait for their clients, or this one, until there are few enough."""
+        there = [each for each in self.connections if isinstance(each, KnownConnection) and not each._has_ended]
+        waiting = [each for each in there if each is not self and (each._awaits_request or each._reading_due)]
+        waiting.sort(key=lambda each: each.made)
+        for each in [*waiting, self][: max(0, len(there) - MAX_CONNECTIONS)]:
+            each._end()
 
-    def _expect_head(self) -> None:
-        if not self.waits:
-            self._expect_no_head()
-        elif self._head_due is None:
-            self._head_due = self.loop.call_later(stretched(HEAD_TIMEOUT), self.transport.abort)
+    def _end(self) -> None:
+        self._has_ended = True
+        self.transport.abort()
 
-    def _expect_no_head(self) -> None:
-        if self._head_due is not None:
-            self._head_due.cancel()
-            self._head_due = None
+    def _watch(self) -> None:
+        if not self._awaits_request:
+            self._request_due = _cancelled(self._request_due)
+        elif self._request_due is None:
+            self._request_due = self.loop.call_later(stretched(REQUEST_TIMEOUT), self._end)
+
+
+def _cancelled(timer: asyncio.TimerHandle | None) -> asyncio.TimerHandle | None:
+    """Cancel a timer; returns that there is none."""
+    if timer is not None:
+        timer.cancel()
+    return None
 
 
 def user_of(scope: Scope, look: Callable[[End, End], Owner | None] = owner) -> int | None:

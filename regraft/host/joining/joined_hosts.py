@@ -45,10 +45,10 @@ class _Other:
     status: HostStatus | None = None
     ending: bool = False
     offer: HostOffer = NO_OFFER
-    given: set[str] = field(default_factory=set)
-    """The components of the updates since its last sign of life: if it falls silent, it may not have got them."""
     missed: set[str] = field(default_factory=set)
     """The components of updates that it may have missed: it gets them as it joins again."""
+    told: set[str] = field(default_factory=set)
+    """Those that an answer to its joining had: the answer may be lost as well, until its next sign of life."""
 
 
 def _process(pid: int) -> str:
@@ -106,10 +106,11 @@ class JoinedHosts:
             self._tell("host.returned", asked.host, f"host {asked.host} is back")
         else:
             self._tell("host.joined", asked.host, f"host {asked.host} has joined{_process(asked.pid)}")
-        # The answer may be lost as well: until its next sign of life the host may still have missed them.
-        other.given |= other.missed
+            other.missed.clear()
+            other.told.clear()
+        other.told |= other.missed
         other.missed.clear()
-        return tuple(sorted(other.given))
+        return tuple(sorted(other.told))
 
     def knows(self, asked: RenewLease) -> bool:
         """Return whether a sign of life is one of a host that is part of the system."""
@@ -124,21 +125,21 @@ class JoinedHosts:
         other.renewed = now()
         if asked.leaving:
             other.state, other.status = HostState.LEFT, None
+            other.missed.clear()
             self._tell("host.left", asked.host, f"host {asked.host} has left")
         elif other.missed:
             return Lease(held=False, ending=ending)
         elif other.state is HostState.SILENT:
             other.state = HostState.JOINED
             self._tell("host.returned", asked.host, f"host {asked.host} answers again")
-        other.given.clear()
+        other.told.clear()
         return Lease(held=True, ending=ending)
 
     def note(self, update: UpdateSpecs) -> None:
-        """Note an update that others got, or are to get: a host may miss it, and all that concerns it after that."""
-        components = {*(spec.name for spec in update.specs), *update.removed}
-        for host, other in self._others.items():
-            missed = host in update.not_told or other.state is not HostState.JOINED
-            (other.missed if missed else other.given).update(components)
+        """Note who did not get an update."""
+        for host in self._others.keys() & set(update.not_told):
+            if self._others[host].state in (*PRESENT, HostState.LOST):
+                self._others[host].missed |= {*(spec.name for spec in update.specs), *update.removed}
 
     # --- what is seen of them ---
 
@@ -172,8 +173,8 @@ class JoinedHosts:
 
     def _fall_silent(self, host: str, other: _Other) -> None:
         other.state = HostState.SILENT
-        other.missed |= other.given
-        other.given.clear()
+        other.missed |= other.told
+        other.told.clear()
         self._tell("host.silent", host, f"host {host} gives no sign of life{self._with(host)}")
 
     def _with(self, host: str) -> str:

@@ -36,6 +36,10 @@ class StandbyRuns:
         self._highest[name] = max(self._highest.get(name, 0), managed.incarnation) + 1
         return self._highest[name]
 
+    def leave_out(self, name: str, highest: int) -> None:
+        """Give runs of a component that are started from now on higher incarnations than one that others know."""
+        self._highest[name] = max(self._highest.get(name, 0), highest)
+
     def max_incarnation(self, name: str) -> int:
         """Return the highest incarnation that is known of a component, or kept for a run elsewhere."""
         return max(self._highest.get(name, 0), *(managed.incarnation for managed in self._runs(name)), 0)

@@ -98,7 +98,7 @@ def _check_conditions(root: Section, architecture: Architecture, locations: Mapp
                 own.section(rule.name).wrong("when", problem)
             else:
                 root.report.add_at(locations[rule.name], f"rules.{rule.name}", problem)
-    if root.report.problems:
+    if root.report.problems or not architecture.mode_rules:
         return
     changes = {
         name: codec.from_plain({"changes": each}, AdaptationRequest).changes

@@ -57,7 +57,8 @@ def with_modes(root: Section, architecture: Architecture, refused: Collection[st
     found = {name: {place: whole for place, _, whole in changes} for name, changes in read.items()}
     large = _too_large(section, found, of_files.modes)
     if of_files.complete:
-        _check_entered(section, found, of_files.modes, large)
+        in_circles = _check_entered(section, found, of_files.modes, large)
+        large |= in_circles
     known = given is None or given.value is None or isinstance(given.value, dict | str)
     whole = {name: list(changes.values()) for name, changes in found.items() if name not in large}
     architecture = _unfolded(of_files.modes | whole, architecture)
@@ -112,11 +113,12 @@ def _check_entered(
     found: Mapping[str, Mapping[str, PlainChange]],
     of_files: Collection[str],
     large: Collection[str],
-) -> None:
+) -> set[str]:
     """Note each change that enters no mode, and the first one of each circle in which modes enter each other.
 
-    No circle is looked for where modes are too ``large``.
+    No circle is looked for where modes are too ``large``. Returns the modes of circles.
     """
+    in_circles: set[str] = set()
     parts = {name: [each["mode"] for each in changes.values() if _enters(each)] for name, changes in found.items()}
     order = {name: index for index, name in enumerate(found)}
     for name, changes in found.items():
@@ -125,8 +127,11 @@ def _check_entered(
             way = way_between(inner, name, parts) if _enters(change) and name not in large else None
             if inner not in found and inner not in of_files:
                 section.wrong(f"{place}.mode", no_such("mode", inner, (*of_files, *found)))
-            elif way is not None and min(order[each] for each in way) == order[name]:
+            if way is not None:
+                in_circles.update(way)
+            if way is not None and inner in {*found, *of_files} and min(order[each] for each in way) == order[name]:
                 section.wrong(f"{place}.mode", f"enters itself: {' > '.join((name, *way))}")
+    return in_circles
 
 
 def _too_large(

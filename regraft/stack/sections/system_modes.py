@@ -24,6 +24,8 @@ from regraft.stack.yaml.nodes import Location, Node, plain
 from regraft.stack.yaml.problems import Report
 
 PARAMETERS = "ros__parameters"
+Place = tuple[str, str]
+"""A part, and a mode or state of it."""
 TRANSITIONS = {"active": "activate", "inactive": "deactivate", "unconfigured": "cleanup"}
 
 
@@ -146,10 +148,9 @@ class _Reader:
             if way is not None:
                 self._wrong(part.location, part.name, f"is a part of itself: {' > '.join((part.name, *way))}")
         told: set[str] = set()
-        for place, problem in size_problems(*self._sizes()):
-            name = place.partition(" ")[0]
+        for (name, mode), problem in size_problems(*self._sizes()):
             if name not in told:
-                self._wrong(self.parts[name].location, place.replace(" ", ".modes."), problem)
+                self._wrong(self.parts[name].location, f"{name}.modes.{mode}", problem)
             told.add(name)
 
     def _check_state(self, name: str, node: Node, where: str) -> None:
@@ -171,22 +172,22 @@ class _Reader:
         settings = () if part.is_node else part.modes.values()
         return sorted({name for each in settings for name in each if name in self.parts})
 
-    def _sizes(self) -> tuple[dict[str, int], dict[str, list[str]]]:
+    def _sizes(self) -> tuple[dict[Place, int], dict[Place, list[Place]]]:
         """Return the most changes of its own that each mode, or state, of a system has, and what it enters."""
-        own: dict[str, int] = {}
-        entered: dict[str, list[str]] = {}
+        own: dict[Place, int] = {}
+        entered: dict[Place, list[Place]] = {}
         for part in self.parts.values():
             for mode in (*part.modes, *TRANSITIONS) if not part.is_node else ():
-                place = f"{part.name} {mode}"
+                place = part.name, mode
                 own[place], entered[place] = 0, []
                 for name, node in part.settings(mode if mode in part.modes else DEFAULT).items():
                     state, _, inner = str(node.value).partition(".")
                     if name not in self.parts or self.parts[name].is_node:
                         own[place] += 2
                     elif mode in part.modes and state == State.ACTIVE.value:
-                        entered[place].append(f"{name} {inner or DEFAULT}")
+                        entered[place].append((name, inner or DEFAULT))
                     else:
-                        entered[place].append(f"{name} {state if mode in part.modes else mode}")
+                        entered[place].append((name, state if mode in part.modes else mode))
         return own, entered
 
     def changes(self, part: Part, mode: str) -> Iterator[PlainValue]:

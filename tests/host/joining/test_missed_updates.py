@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from regraft.bus_schema.messages.protocol.host import UpdateSpecs
@@ -11,7 +13,9 @@ from regraft.host.joining.joined_hosts import JoinedHosts
 
 ARCHITECTURE = Architecture("tests", 1, False, {}, {}, ("local", "edge"))
 HELD, AGAIN = Lease(held=True), Lease(held=False)
-UPDATE = UpdateSpecs(2, (ComponentSpec("ticker", cls="tests.host.parts:Ticker", host="edge"),), ("old",))
+TICKER = ComponentSpec("ticker", cls="tests.host.parts:Ticker", host="edge")
+UPDATE = UpdateSpecs(2, (TICKER,), ("old",))
+MISSED = replace(UPDATE, not_told=("edge",))
 CHANGED = ("old", "ticker")
 
 
@@ -36,33 +40,31 @@ def test_a_host_that_was_silent_and_missed_nothing_keeps_its_lease(others: Joine
     others.note(UPDATE)
     assert renew(others) == HELD
     others.vanished("edge")
+    others.note(replace(UPDATE, not_told=("arm",)))
     assert renew(others) == HELD
 
 
-@pytest.mark.parametrize("silent_first", [True, False])
-def test_a_host_that_is_silent_around_an_update_joins_again(others: JoinedHosts, silent_first: bool) -> None:
-    if silent_first:
+@pytest.mark.parametrize("silent", [True, False])
+def test_a_host_that_missed_an_update_joins_again(others: JoinedHosts, silent: bool) -> None:
+    if silent:
         others.vanished("edge")
-    others.note(UPDATE)
-    if not silent_first:
-        others.vanished("edge")
+    others.note(MISSED)
     assert renew(others) == AGAIN
     assert join(others) == CHANGED
     assert renew(others) == HELD
     assert join(others) == ()
 
 
-def test_a_host_that_a_manager_took_for_silent_joins_again(others: JoinedHosts) -> None:
-    others.note(UpdateSpecs(2, removed=("old",), not_told=("edge",)))
-    assert renew(others) == AGAIN
-    assert join(others) == ("old",)
-
-
 def test_a_host_that_did_not_hear_the_answer_to_its_joining_still_gets_what_it_missed(others: JoinedHosts) -> None:
-    others.vanished("edge")
-    others.note(UPDATE)
+    others.note(MISSED)
     assert join(others) == CHANGED
     assert join(others) == CHANGED
     others.vanished("edge")
     assert renew(others) == AGAIN
     assert join(others) == CHANGED
+
+
+def test_another_process_of_a_host_has_missed_nothing(others: JoinedHosts) -> None:
+    others.renew(RenewLease("edge", "one", leaving=True), ending=False)
+    others.note(MISSED)
+    assert others.join(JoinHost("edge", "two")) == ()

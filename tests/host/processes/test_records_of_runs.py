@@ -116,4 +116,4 @@ def test_a_joined_host_keeps_no_lease_of_what_was_removed(zygote: NoProcesses) -
         ended(edge, name, 1)
         edge.pump(0.0)
     assert len(zygote.orders) == 20
-    assert len(os.listdir("/proc/self/fd")) == len(files)
+    assert len(os.listdir("/proc/self/fd")) <= len(files)

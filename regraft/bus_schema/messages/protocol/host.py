@@ -93,7 +93,7 @@ class UpdateSpecs:
     Those in ``removed`` are not started any more, and forgotten once they are stopped; a spec takes that back.
     ``topics`` are added to the topic table or replaced there, ``removed_topics`` are not in it any more.
     ``asked_modes`` are those that are asked for by then, None if they are as before. ``not_told`` are hosts that it
-    concerns and that are not there: the first one has them join again.
+    concerns and that are not there, or did not answer: the first one has them join again.
     """
 
     revision: Count

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
+
+M = TypeVar("M", bound=Hashable)
 
 MAX_CHANGES = 10_000
 """Changes and entered modes of one mode, those of the modes that it enters included."""
+MAX_ALL = 100_000
+"""The same, of all modes together."""
 MAX_NESTING = 50
 """Modes that enter each other in turn."""
 
@@ -19,22 +24,27 @@ class ModeSize:
     nesting: int
 
 
-def size_problems(own: Mapping[str, int], entered: Mapping[str, Sequence[str]]) -> Iterator[tuple[str, str]]:
+def size_problems(own: Mapping[M, int], entered: Mapping[M, Sequence[M]]) -> Iterator[tuple[M, str]]:
     """Yield the modes that are too large, and why; ``own`` is how many changes of its own each has.
 
-    A mode that enters itself counts once: that is another problem.
+    Modes that enter themselves count in part: that is another problem.
     """
+    total = 0
     for mode, size in _sizes(own, entered).items():
         if size.nesting > MAX_NESTING:
             yield mode, f"enters modes that enter others, {size.nesting} deep; it may be {MAX_NESTING}"
         elif size.changes > MAX_CHANGES:
             yield mode, f"has {size.changes} changes with those of the modes that it enters; it may have {MAX_CHANGES}"
+        elif total + size.changes > MAX_ALL:
+            yield mode, f"is too much: with what they enter, all modes may have {MAX_ALL} changes"
+        else:
+            total += size.changes
 
 
-def _sizes(own: Mapping[str, int], entered: Mapping[str, Sequence[str]]) -> dict[str, ModeSize]:
-    found: dict[str, ModeSize] = {}
+def _sizes(own: Mapping[M, int], entered: Mapping[M, Sequence[M]]) -> dict[M, ModeSize]:
+    found: dict[M, ModeSize] = {}
     for mode in own:
-        under_way = {mode: None}
+        under_way = dict.fromkeys([] if mode in found else [mode])
         while under_way:
             last = next(reversed(under_way))
             inner = [each for each in entered.get(last, ()) if each in own]

@@ -20,10 +20,10 @@ INSCRIBED: Final = 253.0
 FARTHEST: Final = 252.0
 MARGIN: Final = 0.027
 """m beyond the half width: a nearer obstacle makes a path invalid, as for the navigator."""
-TOLERANCE: Final = 1e-9
-"""m: what rounding of numbers takes from a point on the outline."""
 BORDER: Final = 0.04
 """m between the points of an outline that are looked at."""
+TOLERANCE: Final = 0.75 * BORDER
+"""m around a rounded corner in which points are looked at as well: none lie on its arc."""
 
 
 def costs_of(points: FloatArray, terrain: Terrain, half_width: float, fades: float) -> FloatArray:

@@ -181,3 +181,31 @@ def test_a_realization_that_cannot_be_brought_back_rests_and_another_is_chosen(t
         assert (status.state, status.reasons) == (ObjectiveState.IN_PROGRESS, ())
 
     perform(tmp_path, script)
+
+
+SPEEDS = """\
+modes:
+  to_navigate.normal:
+    - {change: set_parameters, component: controller, parameters: {speed: 0.5}}
+    - {change: transition, component: laser, transition: activate}
+  to_navigate.__DEFAULT__:
+    - {change: set_parameters, component: controller, parameters: {speed: 0.1}}
+    - {change: transition, component: laser, transition: deactivate}
+  to_recharge.docking:
+    - {change: transition, component: laser, transition: activate}
+"""
+
+
+def test_settings_that_a_rest_took_back_in_part_are_made_again(tmp_path: Path) -> None:
+    async def speed(director: Director) -> object:
+        return director.system.running["controller"].runtime.component.speed  # type: ignore[attr-defined]
+
+    async def script(director: Director) -> None:
+        await director.add(NAVIGATE, RECHARGE)
+        assert await speed(director) == 0.5
+        await director.cancel("patrol")
+        assert await speed(director) == 0.1
+        await director.add(NAVIGATE)
+        assert await speed(director) == 0.5
+
+    perform(tmp_path, script, skills=SHARING_LASER, modes=SPEEDS)

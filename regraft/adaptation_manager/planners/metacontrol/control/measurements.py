@@ -100,6 +100,11 @@ class Measurements:
         return found
 
     def forget(self, objective: str) -> None:
-        """Forget an objective that is over, or whose design has changed, and what it required."""
+        """Forget an objective whose design has changed."""
+        self._latest = {key: each for key, each in self._latest.items() if key[0] != objective}
+        self._missed = {key: since for key, since in self._missed.items() if key[0] != objective}
+
+    def forget_all_of(self, objective: str) -> None:
+        """Forget an objective that is over, and what it required."""
         self._latest = {key: each for key, each in self._latest.items() if not is_of(key[0], objective)}
         self._missed = {key: since for key, since in self._missed.items() if not is_of(key[0], objective)}

@@ -218,7 +218,7 @@ class Monitor:
     def forget(self, objective: str) -> None:
         """Forget an objective that is over, and what it required."""
         self._errors = {name: stamp for name, stamp in self._errors.items() if not is_of(name, objective)}
-        self.measurements.forget(objective)
+        self.measurements.forget_all_of(objective)
 
     def _note_recoveries(self) -> None:
         failed = set(self.failed)

@@ -32,9 +32,12 @@ def changes_to(
     grounded = {each.mode for each in left}
     found: list[Change] = []
 
-    def enter(mode: str, changes: tuple[Change, ...], own: Collection[str]) -> None:
+    def kept_of(changes: tuple[Change, ...], own: Collection[str]) -> tuple[Change, ...]:
         there = architecture.components.keys() | {each.component for each in changes if isinstance(each, Add)}
-        kept = tuple(each for each in changes if each.component in own or each.component in there - claimed)
+        return tuple(each for each in changes if each.component in own or each.component in there - claimed)
+
+    def enter(mode: str, changes: tuple[Change, ...], own: Collection[str]) -> None:
+        kept = kept_of(changes, own)
         if mode and kept == changes:
             found.append(EnterMode(mode))
             return
@@ -47,15 +50,10 @@ def changes_to(
             enter(each.rest, _changes_of_rest(each, architecture), ())
     for each in modes.values():
         # A rest that spared a component of another design, and so was not entered, leaves the mode asked for.
-        left_since = each.mode not in grounded and not is_in_force(_own(each), architecture)
+        left_since = each.mode not in grounded and not is_in_force(kept_of(each.changes, each.claims), architecture)
         if each.mode in fallen or left_since or not in_force(each, architecture):
             enter(each.mode, each.changes, each.claims)
     return tuple(found)
-
-
-def _own(design: DesignMode) -> tuple[Change, ...]:
-    """Return the changes of a design's mode that are about components which it claims."""
-    return tuple(each for each in design.changes if each.component in design.claims)
 
 
 def in_force(design: DesignMode, architecture: Architecture) -> bool:
