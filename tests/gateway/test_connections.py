@@ -148,6 +148,18 @@ def test_unfinished_requests_make_room_for_others(
             silent[-1].recv(1)
 
 
+def test_a_client_that_was_answered_keeps_its_connection_though_others_only_connect(
+    server: HttpServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(peers, "MAX_CONNECTIONS", MOST)
+    monkeypatch.setattr(peers, "REQUEST_TIMEOUT", 10.0 * PATIENCE)
+    with ExitStack() as stack, httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
+        assert client.get("/").text == '"well"'
+        for _ in range(3 * MOST):
+            stack.enter_context(connect(server))
+        assert client.get("/").text == '"well"'
+
+
 def test_connections_that_are_being_answered_are_kept_and_one_more_is_refused(
     server: HttpServer, held: Held, monkeypatch: pytest.MonkeyPatch
 ) -> None:

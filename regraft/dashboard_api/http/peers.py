@@ -81,13 +81,21 @@ class KnownConnection(H11Protocol):
     def _awaits_request(self) -> bool:
         """Whether no request has come, or only a part of one."""
         cycle = self.cycle
-        return cycle is None or cycle.response_complete or bool(cycle.more_body)
+        return cycle is None or self._was_answered or bool(cycle.more_body)
+
+    @property
+    def _was_answered(self) -> bool:
+        """Whether the last request was answered: its client may well have another one."""
+        return self.cycle is not None and self.cycle.response_complete
 
     def _make_room(self) -> None:
-        """End the oldest connections that wait for their clients, or this one, until there are few enough."""
+        """End the oldest connections that wait for their clients, or this one, until there are few enough.
+
+        Those go first that were never answered.
+        """
         there = [each for each in self.connections if isinstance(each, KnownConnection) and not each._has_ended]
         waiting = [each for each in there if each is not self and (each._awaits_request or each._reading_due)]
-        waiting.sort(key=lambda each: each.made)
+        waiting.sort(key=lambda each: (each._was_answered, each.made))
         for each in [*waiting, self][: max(0, len(there) - MAX_CONNECTIONS)]:
             each._end()
 
