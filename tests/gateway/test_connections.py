@@ -97,14 +97,14 @@ HALF = b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 10\r\n\r\nhalf"
 def test_a_connection_that_does_not_finish_its_request_is_closed(
     server: HttpServer, monkeypatch: pytest.MonkeyPatch, begun: bytes
 ) -> None:
-    monkeypatch.setattr(peers, "REQUEST_TIMEOUT", 0.2)
+    monkeypatch.setattr(peers, "REQUEST_TIMEOUT", 1.0)
     with connect(server, begun) as silent:
         assert silent.recv(1) == b""
     assert is_well(server)
 
 
 def test_the_head_of_a_further_request_has_its_time_too(server: HttpServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(peers, "REQUEST_TIMEOUT", 0.2)
+    monkeypatch.setattr(peers, "REQUEST_TIMEOUT", 1.0)
     with connect(server, b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n") as slow:
         assert slow.recv(65536).startswith(b"HTTP/1.1 200")
         slow.sendall(b"GET / HTTP/1.1\r\n")
@@ -115,7 +115,7 @@ def test_the_head_of_a_further_request_has_its_time_too(server: HttpServer, monk
 def test_a_request_that_is_being_answered_has_all_the_time(
     server: HttpServer, held: Held, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(peers, "REQUEST_TIMEOUT", 0.05)
+    monkeypatch.setattr(peers, "REQUEST_TIMEOUT", 1.0)
     with connect(server, ASK) as waiting:
         held.wait_arrived(1)
         with connect(server) as silent:
@@ -125,7 +125,7 @@ def test_a_request_that_is_being_answered_has_all_the_time(
 
 
 def test_an_answer_that_nobody_reads_is_given_up(server: HttpServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(peers, "READING_TIMEOUT", 0.2)
+    monkeypatch.setattr(peers, "READING_TIMEOUT", 0.5)
     with connect(server, b"GET /long HTTP/1.1\r\nHost: localhost\r\n\r\n") as idle:
         idle.settimeout(PATIENCE)
         wait_until(lambda: len(server.connections) == 0, "the connection to be given up")
