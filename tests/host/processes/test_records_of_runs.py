@@ -1,4 +1,4 @@
-"""What a host keeps of runs that have ended: nothing that keeps a component from being started, or that grows."""
+"""A host keeps nothing of ended runs that keeps a component from being started, or that grows."""
 
 from __future__ import annotations
 

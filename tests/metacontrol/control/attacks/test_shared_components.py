@@ -11,7 +11,7 @@ from regraft.bus_schema.messages.management.objectives import Objective, Objecti
 from regraft.bus_schema.model.adaptation import Add, EnterMode, Remove, SetParameters
 from regraft.bus_schema.model.lifecycle import State
 from tests.metacontrol.control.bench import PATROL, SKILLS, perform
-from tests.metacontrol.control.parts import Director
+from tests.metacontrol.control.parts import Director, Part
 
 WATCH = (
     SKILLS
@@ -197,15 +197,17 @@ modes:
 
 
 def test_settings_that_a_rest_took_back_in_part_are_made_again(tmp_path: Path) -> None:
-    async def speed(director: Director) -> object:
-        return director.system.running["controller"].runtime.component.speed  # type: ignore[attr-defined]
+    def speed(director: Director) -> float:
+        controller = director.system.running["controller"].runtime.component
+        assert isinstance(controller, Part)
+        return controller.speed
 
     async def script(director: Director) -> None:
         await director.add(NAVIGATE, RECHARGE)
-        assert await speed(director) == 0.5
+        assert speed(director) == 0.5
         await director.cancel("patrol")
-        assert await speed(director) == 0.1
+        assert speed(director) == 0.1
         await director.add(NAVIGATE)
-        assert await speed(director) == 0.5
+        assert speed(director) == 0.5
 
     perform(tmp_path, script, skills=SHARING_LASER, modes=SPEEDS)
