@@ -69,8 +69,7 @@ class ProcessMonitor:
         self._silence.forget(managed.run)
         text = f"{name} gives no sign of life: {managed.why_killed} ({account})"
         self._publisher.event("component.hung", name, text, scheduled=managed.held_until is not None)
-        self._zygote.signal(managed.pid, signal.SIGABRT)
-        self._zygote.signal(managed.pid, signal.SIGCONT)  # one that was stopped takes the signal before it
+        self._zygote.abort(managed.pid)
         managed.kill_at = now + stretched(SAY_WHERE_TIMEOUT)
 
     def _judge_memory(

@@ -24,6 +24,7 @@ from regraft.host.zygote.describe_process import be_describer
 from regraft.host.zygote.estimate_process import be_estimator
 from regraft.patience import Patience
 from regraft.process import forked
+from regraft.process.abort import abort
 from regraft.process.descendants import END_TIMEOUT, LOOK_INTERVAL, adopt_orphans, end_descendants, end_run
 from regraft.process.main import EXIT_FAULT
 
@@ -60,6 +61,11 @@ class Zygote:
         """Send a signal to a child, unless it has ended; a zygote that is gone has none."""
         with contextlib.suppress(OSError):
             frames.send(self._line, {"signal": signum, "pid": pid})
+
+    def abort(self, pid: int) -> None:
+        """Have a child write where it is and end, unless it has ended; see ``regraft.process.abort``."""
+        with contextlib.suppress(OSError):
+            frames.send(self._line, {"abort": pid})
 
     def reports(self, take: Callable[[dict[str, Any]], object]) -> None:
         """Hand every report to ``take`` until the zygote is gone; for a thread of its own."""
@@ -136,6 +142,10 @@ def _obey(order: dict[str, Any], line: socket.socket, alive: dict[int, tuple[str
     if "signal" in order:
         if order["pid"] in alive:
             os.kill(order["pid"], order["signal"])
+        return
+    if "abort" in order:
+        if order["abort"] in alive:
+            abort(order["abort"])
         return
     assignment = order["assignment"]
     name, incarnation = assignment["name"], assignment["incarnation"]
