@@ -10,7 +10,7 @@ _tgkill = getattr(ctypes.CDLL(None), "tgkill", None)
 
 
 def abort(pid: int) -> None:
-    """Send SIGABRT to a process's main thread, and have a stopped process go on to take it.
+    """Send SIGABRT to a process's main thread, also to one that is stopped: it is continued.
 
     Any thread may take a signal to the whole process. The main thread of a stopped one would run on until it does.
     A C library without ``tgkill`` (glibc before 2.30, musl) leaves no other way.
