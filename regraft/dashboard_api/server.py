@@ -12,7 +12,7 @@ from typing import Any
 import anyio.to_thread
 import uvicorn
 
-from regraft.dashboard_api.http.peers import KnownConnection
+from regraft.dashboard_api.http.client_connection import KnownConnection
 from regraft.patience import Patience
 
 START_TIMEOUT = 5.0

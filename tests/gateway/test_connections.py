@@ -13,7 +13,7 @@ import pytest
 from fastapi import FastAPI, Request, Response
 
 from regraft.bus_schema.model.lifecycle import State, Transition
-from regraft.dashboard_api.http import peers
+from regraft.dashboard_api.http import client_connection
 from regraft.dashboard_api.server import HttpServer, bind
 from tests.gateway.conftest import start_gateway
 from tests.support.stepped.site import Site
@@ -97,14 +97,14 @@ HALF = b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 10\r\n\r\nhalf"
 def test_a_connection_that_does_not_finish_its_request_is_closed(
     server: HttpServer, monkeypatch: pytest.MonkeyPatch, begun: bytes
 ) -> None:
-    monkeypatch.setattr(peers, "REQUEST_TIMEOUT", 1.0)
+    monkeypatch.setattr(client_connection, "REQUEST_TIMEOUT", 1.0)
     with connect(server, begun) as silent:
         assert silent.recv(1) == b""
     assert is_well(server)
 
 
 def test_the_head_of_a_further_request_has_its_time_too(server: HttpServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(peers, "REQUEST_TIMEOUT", 1.0)
+    monkeypatch.setattr(client_connection, "REQUEST_TIMEOUT", 1.0)
     with connect(server, b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n") as slow:
         assert slow.recv(65536).startswith(b"HTTP/1.1 200")
         slow.sendall(b"GET / HTTP/1.1\r\n")
@@ -115,7 +115,7 @@ def test_the_head_of_a_further_request_has_its_time_too(server: HttpServer, monk
 def test_a_request_that_is_being_answered_has_all_the_time(
     server: HttpServer, held: Held, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(peers, "REQUEST_TIMEOUT", 1.0)
+    monkeypatch.setattr(client_connection, "REQUEST_TIMEOUT", 1.0)
     with connect(server, ASK) as waiting:
         held.wait_arrived(1)
         with connect(server) as silent:
@@ -125,7 +125,7 @@ def test_a_request_that_is_being_answered_has_all_the_time(
 
 
 def test_an_answer_that_nobody_reads_is_given_up(server: HttpServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(peers, "READING_TIMEOUT", 0.5)
+    monkeypatch.setattr(client_connection, "READING_TIMEOUT", 0.5)
     with connect(server, b"GET /long HTTP/1.1\r\nHost: localhost\r\n\r\n") as idle:
         idle.settimeout(PATIENCE)
         wait_until(lambda: len(server.connections) == 0, "the connection to be given up")
@@ -135,8 +135,8 @@ def test_an_answer_that_nobody_reads_is_given_up(server: HttpServer, monkeypatch
 def test_unfinished_requests_make_room_for_others(
     server: HttpServer, monkeypatch: pytest.MonkeyPatch, begun: bytes
 ) -> None:
-    monkeypatch.setattr(peers, "MAX_CONNECTIONS", MOST)
-    monkeypatch.setattr(peers, "REQUEST_TIMEOUT", 10.0 * PATIENCE)
+    monkeypatch.setattr(client_connection, "MAX_CONNECTIONS", MOST)
+    monkeypatch.setattr(client_connection, "REQUEST_TIMEOUT", 10.0 * PATIENCE)
     with ExitStack() as stack:
         silent = [stack.enter_context(connect(server, begun)) for _ in range(10 * MOST)]
         assert is_well(server)
@@ -151,8 +151,8 @@ def test_unfinished_requests_make_room_for_others(
 def test_a_client_that_was_answered_keeps_its_connection_though_others_only_connect(
     server: HttpServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(peers, "MAX_CONNECTIONS", MOST)
-    monkeypatch.setattr(peers, "REQUEST_TIMEOUT", 10.0 * PATIENCE)
+    monkeypatch.setattr(client_connection, "MAX_CONNECTIONS", MOST)
+    monkeypatch.setattr(client_connection, "REQUEST_TIMEOUT", 10.0 * PATIENCE)
     with ExitStack() as stack, httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
         assert client.get("/").text == '"well"'
         for _ in range(3 * MOST):
@@ -163,8 +163,8 @@ def test_a_client_that_was_answered_keeps_its_connection_though_others_only_conn
 def test_connections_that_are_being_answered_are_kept_and_one_more_is_refused(
     server: HttpServer, held: Held, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(peers, "MAX_CONNECTIONS", MOST)
-    monkeypatch.setattr(peers, "REQUEST_TIMEOUT", 10.0 * PATIENCE)
+    monkeypatch.setattr(client_connection, "MAX_CONNECTIONS", MOST)
+    monkeypatch.setattr(client_connection, "REQUEST_TIMEOUT", 10.0 * PATIENCE)
     with ExitStack() as stack:
         waiting = [stack.enter_context(connect(server, ASK)) for _ in range(MOST)]
 

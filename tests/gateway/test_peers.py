@@ -11,7 +11,8 @@ import pytest
 
 from regraft.dashboard_api.http import authentication
 from regraft.dashboard_api.http.authentication import is_own, user_name
-from regraft.dashboard_api.http.peers import CONNECTION, user_of
+from regraft.dashboard_api.http.client_connection import CONNECTION
+from regraft.dashboard_api.http.peers import user_of
 from regraft.dashboard_api.http.sockets import Owner, asked, listed, owner
 
 HEADING = "  sl  local_address rem_address   st tx_queue rx_queue tr tm->when retrnsmt   uid  timeout inode\n"
