@@ -10,7 +10,7 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
 from regraft.bus_schema.model.description import ANY_TYPE, ServiceDescription
 from regraft.bus_schema.model.hosts.hosts import LOCAL
-from regraft.bus_schema.model.robots.offers import offered_services
+from regraft.bus_schema.model.robots.offered_services import offered_services
 from regraft.bus_schema.model.robots.robot_view import ALL, NoSuchRobot, RobotView, robot_view
 from regraft.bus_schema.suggestions import no_such
 from regraft.cli.outcomes import BadInput

@@ -16,7 +16,7 @@ from typing import Any
 
 from regraft import Parameter
 from regraft.adaptation_manager.execution import transaction
-from regraft.adaptation_manager.execution.actions import perform
+from regraft.adaptation_manager.execution.perform import perform
 from regraft.adaptation_manager.manager import AdaptationManager
 from regraft.adaptation_manager.targets.context import ExecutionContext
 from tests.failures.parts import LATE

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-from regraft.adaptation_manager.execution.actions import perform
+from regraft.adaptation_manager.execution.perform import perform
 from regraft.adaptation_manager.execution.restoration import not_restored, wanted_again
 from regraft.adaptation_manager.execution.tolerance import has_failed_down
 from regraft.adaptation_manager.execution.verify import verify

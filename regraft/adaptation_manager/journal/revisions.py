@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from regraft.adaptation_manager.journal.reading import decoded
+from regraft.adaptation_manager.journal.rows import decoded
 from regraft.adaptation_manager.journal.schema import FOLLOWING, KEPT, LINE, RUN
 from regraft.adaptation_manager.journal.seals import Field, is_sealed, seal
 from regraft.bus_schema.encoding import codec

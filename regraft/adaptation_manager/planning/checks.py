@@ -9,7 +9,7 @@ from functools import partial
 from regraft.adaptation_manager.planning.additions import described_additions
 from regraft.adaptation_manager.planning.modes import expanded
 from regraft.adaptation_manager.planning.plan import Plan
-from regraft.adaptation_manager.planning.reading import (
+from regraft.adaptation_manager.planning.read_components import (
     Read,
     as_it_is,
     keeps_ending,

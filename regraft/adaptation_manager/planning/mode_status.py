@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from regraft.adaptation_manager.planning.checks import check
 from regraft.adaptation_manager.planning.modes import NoSuchMode, changes_of
-from regraft.adaptation_manager.planning.reading import Read, read_components
+from regraft.adaptation_manager.planning.read_components import Read, read_components
 from regraft.adaptation_manager.targets.component_client import ComponentClient
 from regraft.adaptation_manager.targets.host_client import Hosts
 from regraft.bus_schema.messages.management.modes import ModeStatus, PartModes, SystemModes

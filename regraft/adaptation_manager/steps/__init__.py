@@ -1,7 +1,7 @@
 """One file per kind of change: how it changes the architecture, and its steps with their inverses.
 
 A further kind of change is a file here with a ``plan`` function, and a line in ``PLANNERS``; if it needs a
-new kind of action, that is a class in ``actions`` and a line in ``regraft.adaptation_manager.execution.actions``.
+new kind of action, that is a class in ``actions`` and a line in ``regraft.adaptation_manager.execution.perform``.
 """
 
 from __future__ import annotations

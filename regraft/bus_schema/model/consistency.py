@@ -19,7 +19,7 @@ from regraft.bus_schema.model.hosts.hosts import host_violations
 from regraft.bus_schema.model.lifecycle import PRIMARY, State
 from regraft.bus_schema.model.modes.mode_deciders import DECIDER, decider_violations
 from regraft.bus_schema.model.parameter_values import parameter_problem
-from regraft.bus_schema.model.robots.offers import offered_services
+from regraft.bus_schema.model.robots.offered_services import offered_services
 from regraft.bus_schema.model.system_topics import RESERVED
 from regraft.bus_schema.model.wiring import wiring_violations
 from regraft.bus_schema.suggestions import Hints, instead_of

@@ -11,7 +11,7 @@ from regraft.bus_schema.model.description import ParameterDescription
 from regraft.bus_schema.model.expressions import Expression, NotComputable, Unknown
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.parameter_values import effective_parameter, parameter_problem
-from regraft.bus_schema.model.robots.offers import offered_services
+from regraft.bus_schema.model.robots.offered_services import offered_services
 from regraft.bus_schema.suggestions import instead_of
 
 

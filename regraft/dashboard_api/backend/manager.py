@@ -23,7 +23,7 @@ from regraft.bus_schema.messages.management.modes import MODES, ModesRequest, Sy
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.hosts.hosts import LOCAL
-from regraft.bus_schema.model.robots.offers import offered_services
+from regraft.bus_schema.model.robots.offered_services import offered_services
 from regraft.client import Client, ClientError
 from regraft.dashboard_api.backend.refusals import problem_of
 from regraft.dashboard_api.http.problems import (

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from regraft.bus_schema.model.adaptation import Add, Move, Remove, SetParameters, Swap
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
-from regraft.bus_schema.model.robots.offers import offered_services
+from regraft.bus_schema.model.robots.offered_services import offered_services
 from regraft.bus_schema.model.robots.planners import planner_of
 from regraft.dashboard_api.http.authentication import Caller
 from regraft.security.tokens import Role

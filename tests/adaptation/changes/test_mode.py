@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from regraft.adaptation_manager.execution import transaction
-from regraft.adaptation_manager.execution.actions import perform
+from regraft.adaptation_manager.execution.perform import perform
 from regraft.adaptation_manager.targets.context import ExecutionContext
 from regraft.bus_schema.model.adaptation import ChangeState, EnterMode, Outcome, SetParameters
 from regraft.bus_schema.model.lifecycle import State, Transition

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from regraft.adaptation_manager.planners.metacontrol.knowledge import names, querying
+from regraft.adaptation_manager.planners.metacontrol.knowledge import querying, vocabulary
 from regraft.adaptation_manager.planners.metacontrol.knowledge.knowledge_base import KnowledgeBase, load
 from regraft.adaptation_manager.planners.metacontrol.knowledge.querying import QueryError, query
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import text
@@ -30,7 +30,7 @@ def test_select_has_columns_and_rows(knowledge: KnowledgeBase) -> None:
 def test_ask_has_an_answer(knowledge: KnowledgeBase) -> None:
     failed = "ASK { ?c tomasys:c_status 'FALSE' }"
     assert query(knowledge, failed).answer is False
-    assert query(knowledge, failed, [(names.C_STATUS, iri(BATTERY), text("FALSE"))]).answer is True
+    assert query(knowledge, failed, [(vocabulary.C_STATUS, iri(BATTERY), text("FALSE"))]).answer is True
 
 
 def test_the_columns_of_all_variables_are_sorted_and_what_is_unbound_is_none(knowledge: KnowledgeBase) -> None:

@@ -14,7 +14,7 @@ from rdflib import RDF, RDFS, BNode, Graph, Literal, URIRef
 from rdflib.compare import isomorphic
 from rdflib.term import Node
 
-from regraft.adaptation_manager.planners.metacontrol.knowledge import names
+from regraft.adaptation_manager.planners.metacontrol.knowledge import vocabulary
 from regraft.adaptation_manager.planners.metacontrol.knowledge.errors import KnowledgeError
 from regraft.adaptation_manager.planners.metacontrol.knowledge.knowledge_base import LEVELS, load
 from regraft.adaptation_manager.planners.metacontrol.knowledge.owl.rdf_xml import write_rdf_xml
@@ -22,7 +22,7 @@ from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms impor
 from regraft.adaptation_manager.planners.metacontrol.knowledge.saving import save
 from tests.metacontrol.owl import BATTERY, individual, iri, published_designs, rule, write
 
-FACT = (names.C_STATUS, iri(BATTERY), text("FALSE"))
+FACT = (vocabulary.C_STATUS, iri(BATTERY), text("FALSE"))
 
 
 def test_what_was_saved_loads_again_by_itself(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from regraft.adaptation_manager.planners.metacontrol.knowledge import names
+from regraft.adaptation_manager.planners.metacontrol.knowledge import vocabulary
 from regraft.adaptation_manager.planners.metacontrol.knowledge.errors import KnowledgeError
 from regraft.adaptation_manager.planners.metacontrol.knowledge.knowledge_base import load
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import fact_text
@@ -36,7 +36,7 @@ def test_the_status_of_a_component_has_one_type(tmp_path: Path, given: object, s
 )
 def test_statuses_of_tomasys_become_those_of_mros(tmp_path: Path, given: str, expected: str) -> None:
     knowledge = load([write(tmp_path, individual("o", "tomasys:Objective", tomasys__o_status=given))])
-    (fact,) = knowledge.conclude().of(names.O_STATUS)
+    (fact,) = knowledge.conclude().of(vocabulary.O_STATUS)
     assert fact_text(fact) == f'o_status(o, "{expected}")'
 
 
@@ -52,8 +52,8 @@ def test_statuses_in_rules_are_translated_too(tmp_path: Path) -> None:
         ),
     )
     conclusions = load([path]).conclude()
-    assert [fact_text(each) for each in conclusions.of(names.FG_STATUS)] == ['fg_status(fg, "IN_ERROR_FR")']
-    assert [fact_text(each) for each in conclusions.of(names.UPDATABLE)] == ["o_updatable(o, true)"]
+    assert [fact_text(each) for each in conclusions.of(vocabulary.FG_STATUS)] == ['fg_status(fg, "IN_ERROR_FR")']
+    assert [fact_text(each) for each in conclusions.of(vocabulary.UPDATABLE)] == ["o_updatable(o, true)"]
 
 
 @pytest.mark.parametrize(

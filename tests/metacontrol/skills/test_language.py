@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from regraft.adaptation_manager.planners.metacontrol.skills.diagnostics import Code
-from regraft.adaptation_manager.planners.metacontrol.skills.model import ResultKind
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import ResultKind
 from tests.metacontrol.skills.texts import (
     GOOD,
     PAPER,

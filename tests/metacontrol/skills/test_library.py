@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.system_modes import system_modes
 from regraft.adaptation_manager.planners.metacontrol.skills.meaning import choosable, configurations_of, mode_name
-from regraft.adaptation_manager.planners.metacontrol.skills.model import Better, Realization
 from regraft.adaptation_manager.planners.metacontrol.skills.reading import LIBRARY, checked_skills, read_skills
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import Better, Realization
 
 NAVIGATION = LIBRARY / "navigation.skills"
 PUBLISHED = {

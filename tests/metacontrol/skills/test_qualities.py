@@ -8,7 +8,7 @@ from regraft.adaptation_manager.planners.metacontrol.knowledge.curves import Cur
 from regraft.adaptation_manager.planners.metacontrol.knowledge.view import model_of
 from regraft.adaptation_manager.planners.metacontrol.skills.diagnostics import Code, Severity
 from regraft.adaptation_manager.planners.metacontrol.skills.knowledge import knowledge_of
-from regraft.adaptation_manager.planners.metacontrol.skills.model import Better
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import Better
 from tests.metacontrol.skills.texts import GOOD, at, checked, errors, found, only, place_of, realization, skill
 
 TYPE = 'Quality speed { better: lower, range: 0..1, measured: "motor.speed / 2", weight: 0.2 }\n'

@@ -22,7 +22,7 @@ from regraft import (
     every,
     service,
 )
-from regraft.adaptation_manager.planners.metacontrol.control import statuses
+from regraft.adaptation_manager.planners.metacontrol.control import objective_statuses
 from regraft.adaptation_manager.planners.metacontrol.control.cycle import Cycle, ReasonerFailed, SystemHealth, Waits
 from regraft.adaptation_manager.planners.metacontrol.control.decision_log import DecisionLog
 from regraft.adaptation_manager.planners.metacontrol.control.keeping import keep_knowledge
@@ -39,7 +39,7 @@ from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuer
 from regraft.bus_schema.model.adaptation import ADAPT, AdaptationReport
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.description import Resources
-from regraft.bus_schema.model.robots.offers import offered_services
+from regraft.bus_schema.model.robots.offered_services import offered_services
 from regraft.bus_schema.model.robots.scopes import scope_of
 
 MAX_GOALS: Final = 64
@@ -251,11 +251,11 @@ class Metacontroller(Component):
     # --- for clients ---
 
     def _status(self) -> wire.ObjectivesStatus:
-        return statuses.all_statuses(self._state, self.kit.now(), self._cycle.trouble)
+        return objective_statuses.all_statuses(self._state, self.kit.now(), self._cycle.trouble)
 
     def _of(self, names: list[str]) -> wire.ObjectivesStatus:
         every = self._status()
-        found = [each for name in names for each in statuses.family(self._state, name, self._cycle.trouble)]
+        found = [each for name in names for each in objective_statuses.family(self._state, name, self._cycle.trouble)]
         return wire.ObjectivesStatus(every.stamp, every.context, tuple(found), every.contexts, every.resting)
 
     @action("planners/{name}/objective", feedback=wire.ObjectiveStatus, goals=MAX_GOALS)
@@ -268,7 +268,7 @@ class Metacontroller(Component):
         shown: wire.ObjectiveStatus | None = None
         try:
             while True:
-                status = next(statuses.family(self._state, name, self._cycle.trouble))
+                status = next(objective_statuses.family(self._state, name, self._cycle.trouble))
                 if status != shown:
                     self.kit.feedback(status)
                     shown = status
@@ -303,7 +303,7 @@ class Metacontroller(Component):
     @service("planners/{name}/objectives/explain")
     def explain(self, request: wire.ExplanationQuery) -> wire.Explanation:
         """Explain the latest decision on an objective."""
-        return statuses.explanation(self._state, request.objective, self.kit.now(), self._cycle.trouble)
+        return objective_statuses.explanation(self._state, request.objective, self.kit.now(), self._cycle.trouble)
 
     @service("planners/{name}/objectives/cancel")
     async def cancel(self, request: wire.ObjectivesCancellation) -> wire.ObjectivesStatus:
@@ -326,7 +326,7 @@ class Metacontroller(Component):
         """Take a skill's result; one that ends the skill ends the objective."""
         entry = self._state.store[request.objective]
         entry.progress = self._state.translator.progress(entry.given.skill, request.text, request.number)
-        status = next(statuses.family(self._state, request.objective, self._cycle.trouble))
+        status = next(objective_statuses.family(self._state, request.objective, self._cycle.trouble))
         if status.ended:
             self._state.end(request.objective)
             self._begin_cycle()

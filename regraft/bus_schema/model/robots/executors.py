@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from regraft.bus_schema.model.architecture import ComponentSpec
-from regraft.bus_schema.model.robots.offers import offered_services
+from regraft.bus_schema.model.robots.offered_services import offered_services
 from regraft.bus_schema.model.robots.scopes import in_scope, scope_of
 from regraft.bus_schema.suggestions import instead_of
 

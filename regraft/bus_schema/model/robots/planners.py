@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 
 from regraft.bus_schema.model.architecture import ComponentSpec
-from regraft.bus_schema.model.robots.offers import offered_services
+from regraft.bus_schema.model.robots.offered_services import offered_services
 from regraft.bus_schema.model.robots.scopes import in_scope
 
 PROPOSE, DESCRIBE = "propose", "describe"

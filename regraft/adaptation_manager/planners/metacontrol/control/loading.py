@@ -10,8 +10,8 @@ from regraft.adaptation_manager.planners.metacontrol.knowledge.knowledge_base im
 from regraft.adaptation_manager.planners.metacontrol.knowledge.view import model_of
 from regraft.adaptation_manager.planners.metacontrol.skills.diagnostics import Severity
 from regraft.adaptation_manager.planners.metacontrol.skills.knowledge import knowledge_of
-from regraft.adaptation_manager.planners.metacontrol.skills.model import SkillSet
 from regraft.adaptation_manager.planners.metacontrol.skills.reading import checked_skills, read_skills
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import SkillSet
 from regraft.bus_schema.model.architecture import Architecture
 
 

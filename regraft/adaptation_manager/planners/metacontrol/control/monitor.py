@@ -8,9 +8,9 @@ from typing import Any, Final
 
 from regraft.adaptation_manager.planners.metacontrol.control.measurements import EVERY, Measurements
 from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Model, is_of
-from regraft.adaptation_manager.planners.metacontrol.knowledge.names import DEFAULT_CONTEXT
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import ComponentStatus
+from regraft.adaptation_manager.planners.metacontrol.knowledge.vocabulary import DEFAULT_CONTEXT
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.health import Diagnostic, Level
 from regraft.bus_schema.messages.management.objectives import (

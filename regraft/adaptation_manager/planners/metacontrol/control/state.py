@@ -20,7 +20,7 @@ from regraft.adaptation_manager.planners.metacontrol.reasoning.analysis import A
 from regraft.adaptation_manager.planners.metacontrol.reasoning.decisions import Decision
 from regraft.adaptation_manager.planners.metacontrol.reasoning.failures import rest_failed
 from regraft.adaptation_manager.planners.metacontrol.reasoning.resting import Rest, Resting
-from regraft.adaptation_manager.planners.metacontrol.skills.model import SkillSet
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import SkillSet
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.management.objectives import Attempt
 from regraft.bus_schema.model.architecture import Architecture

@@ -8,10 +8,16 @@ from typing import Final
 from regraft import RefusalCode, RequestRefused
 from regraft.adaptation_manager.planners.metacontrol.knowledge import model as knowledge
 from regraft.adaptation_manager.planners.metacontrol.knowledge.curves import Curve
-from regraft.adaptation_manager.planners.metacontrol.knowledge.names import DEFAULT_CONTEXT
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
+from regraft.adaptation_manager.planners.metacontrol.knowledge.vocabulary import DEFAULT_CONTEXT
 from regraft.adaptation_manager.planners.metacontrol.skills.meaning import CONTEXTS
-from regraft.adaptation_manager.planners.metacontrol.skills.model import Field, Result, ResultKind, Skill, SkillSet
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import (
+    Field,
+    Result,
+    ResultKind,
+    Skill,
+    SkillSet,
+)
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import known_types

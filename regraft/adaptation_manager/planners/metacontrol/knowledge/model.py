@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from regraft.adaptation_manager.planners.metacontrol.knowledge.curves import Curve
-from regraft.adaptation_manager.planners.metacontrol.knowledge.names import DEFAULT_CONTEXT
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import ComponentStatus, Direction
+from regraft.adaptation_manager.planners.metacontrol.knowledge.vocabulary import DEFAULT_CONTEXT
 from regraft.bus_schema.suggestions import no_such
 
 LOWEST: Final = 0.0

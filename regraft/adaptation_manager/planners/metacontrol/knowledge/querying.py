@@ -18,7 +18,7 @@ from rdflib.plugins.sparql import prepareQuery
 from rdflib.plugins.sparql.parserutils import CompValue
 from rdflib.plugins.sparql.sparql import Query, SPARQLError
 
-from regraft.adaptation_manager.planners.metacontrol.knowledge import names
+from regraft.adaptation_manager.planners.metacontrol.knowledge import vocabulary
 from regraft.adaptation_manager.planners.metacontrol.knowledge.knowledge_base import KnowledgeBase, snapshot
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import Fact
 
@@ -30,8 +30,8 @@ MAX_TRIPLES: Final = 5_000_000
 SECONDS: Final = 5.0
 
 PREFIXES: Final = {
-    "tomasys": names.TOMASYS,
-    "mros": names.MROS,
+    "tomasys": vocabulary.TOMASYS,
+    "mros": vocabulary.MROS,
     "owl": "http://www.w3.org/2002/07/owl#",
     "rdf": "http://www.w3.org/1999/02/22-rdf-syntax-ns#",
     "rdfs": "http://www.w3.org/2000/01/rdf-schema#",

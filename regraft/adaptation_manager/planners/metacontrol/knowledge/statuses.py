@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from enum import StrEnum
 from typing import Final
 
-from regraft.adaptation_manager.planners.metacontrol.knowledge import names
+from regraft.adaptation_manager.planners.metacontrol.knowledge import vocabulary
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import (
     NUMBER,
     TEXT,
@@ -74,23 +74,25 @@ OPERATORS: Final[Mapping[Term, Direction]] = {
     text(">"): Direction.LOWER,
     text(">="): Direction.LOWER,
 }
-NUMBERS: Final = frozenset({names.HAS_VALUE, names.WEIGHT, names.LOWEST, names.HIGHEST, names.PRIORITY})
-TEXTS: Final = frozenset({names.CONTEXT, names.CURVE})
+NUMBERS: Final = frozenset(
+    {vocabulary.HAS_VALUE, vocabulary.WEIGHT, vocabulary.LOWEST, vocabulary.HIGHEST, vocabulary.PRIORITY}
+)
+TEXTS: Final = frozenset({vocabulary.CONTEXT, vocabulary.CURVE})
 VOCABULARIES: Final[Mapping[str, Mapping[Term, Term]]] = {
-    **dict.fromkeys((names.O_STATUS, names.FG_STATUS, names.FG_ERROR), STATUSES),
-    names.C_STATUS: COMPONENT_STATUSES,
-    names.DIRECTION: DIRECTIONS,
-    names.COMPARISON_OPERATOR: {value: value for value in OPERATORS},
+    **dict.fromkeys((vocabulary.O_STATUS, vocabulary.FG_STATUS, vocabulary.FG_ERROR), STATUSES),
+    vocabulary.C_STATUS: COMPONENT_STATUSES,
+    vocabulary.DIRECTION: DIRECTIONS,
+    vocabulary.COMPARISON_OPERATOR: {value: value for value in OPERATORS},
     **dict.fromkeys(
         (
-            names.B_STATUS,
-            names.REALISABILITY,
-            names.CC_AVAILABILITY,
-            names.CC_UNIQUE,
-            names.CSPEC_AVAILABILITY,
-            names.UPDATABLE,
-            names.ALWAYS_IMPROVE,
-            names.IS_REST,
+            vocabulary.B_STATUS,
+            vocabulary.REALISABILITY,
+            vocabulary.CC_AVAILABILITY,
+            vocabulary.CC_UNIQUE,
+            vocabulary.CSPEC_AVAILABILITY,
+            vocabulary.UPDATABLE,
+            vocabulary.ALWAYS_IMPROVE,
+            vocabulary.IS_REST,
         ),
         TRUTHS,
     ),
@@ -104,11 +106,11 @@ UPDATABLE: Final = text("UPDATABLE")
 def normalized(predicate: str, value: Term) -> tuple[str, Term]:
     """Return a property and its value in the one vocabulary; raises ValueError that names what the value may be.
 
-    >>> normalized(names.C_STATUS, truth(False))[1] == text("FALSE")
+    >>> normalized(vocabulary.C_STATUS, truth(False))[1] == text("FALSE")
     True
     """
-    if predicate == names.O_STATUS and value == UPDATABLE:
-        return names.UPDATABLE, TRUE  # early files of MROS have it as a status
+    if predicate == vocabulary.O_STATUS and value == UPDATABLE:
+        return vocabulary.UPDATABLE, TRUE  # early files of MROS have it as a status
     return predicate, _normalized(predicate, value)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from regraft.adaptation_manager.planners.metacontrol.knowledge import names
+from regraft.adaptation_manager.planners.metacontrol.knowledge import vocabulary
 from regraft.adaptation_manager.planners.metacontrol.knowledge.curves import Curve, curve_of
 from regraft.adaptation_manager.planners.metacontrol.knowledge.errors import KnowledgeError, Problem
 from regraft.adaptation_manager.planners.metacontrol.knowledge.knowledge_base import KnowledgeBase
@@ -42,22 +42,22 @@ class _Viewer:
     _requirers: dict[str, list[str]] = field(default_factory=dict)
 
     def model(self) -> Model:
-        qualities = {name: self._quality(name) for name in self._individuals(names.QUALITY_TYPE)}
-        objectives = {name: self._objective(name) for name in self._individuals(names.OBJECTIVE)}
-        components = {name: self._component(name) for name in self._individuals(names.COMPONENT)}
+        qualities = {name: self._quality(name) for name in self._individuals(vocabulary.QUALITY_TYPE)}
+        objectives = {name: self._objective(name) for name in self._individuals(vocabulary.OBJECTIVE)}
+        components = {name: self._component(name) for name in self._individuals(vocabulary.COMPONENT)}
         designs = {
             name: design
-            for name in self._individuals(names.DESIGN)
+            for name in self._individuals(vocabulary.DESIGN)
             if (design := self._design(name, objectives)) is not None
         }
         groundings = {
             name: grounding
-            for name in self._individuals(names.GROUNDING)
+            for name in self._individuals(vocabulary.GROUNDING)
             if (grounding := self._grounding(name)) is not None
         }
         required = {each.name for design in designs.values() for each in design.requires}
         own = {name: each for name, each in objectives.items() if each is not None and name not in required}
-        functions = tuple(self._individuals(names.FUNCTION))
+        functions = tuple(self._individuals(vocabulary.FUNCTION))
         return Model(functions, designs, own, groundings, components, qualities)
 
     def _individuals(self, kind: str) -> list[str]:
@@ -95,11 +95,11 @@ class _Viewer:
         return isinstance(value, Data) and value.value is True
 
     def _quality(self, name: str) -> Quality:
-        direction = self._one(name, names.DIRECTION)
-        lowest, highest = self._number(name, names.LOWEST, 0.0), self._number(name, names.HIGHEST, 1.0)
+        direction = self._one(name, vocabulary.DIRECTION)
+        lowest, highest = self._number(name, vocabulary.LOWEST, 0.0), self._number(name, vocabulary.HIGHEST, 1.0)
         if lowest > highest:
             self._note(name, f"the lowest value is {lowest:g}, must be at most the highest, {highest:g}")
-        weight = self._number(name, names.WEIGHT, 0.0)
+        weight = self._number(name, vocabulary.WEIGHT, 0.0)
         if weight < 0:
             self._note(name, f"the weight is {weight:g}, must be at least 0")
         curve = self._curve(name)
@@ -109,7 +109,7 @@ class _Viewer:
         return Quality(name, known, weight, lowest, highest, curve)
 
     def _curve(self, name: str) -> Curve | None:
-        value = self._one(name, names.CURVE)
+        value = self._one(name, vocabulary.CURVE)
         if not isinstance(value, Data):
             return None
         try:
@@ -119,14 +119,14 @@ class _Viewer:
             return None
 
     def _component(self, name: str) -> ComponentStatus:
-        status = self._one(name, names.C_STATUS)
+        status = self._one(name, vocabulary.C_STATUS)
         return ComponentStatus(str(status.value)) if isinstance(status, Data) else ComponentStatus.AVAILABLE
 
     def _qualities_of(self, subject: str, predicate: str) -> Mapping[str, float]:
         """Return values by quality; noted is a quality with different values, or a value without a type."""
         found: dict[str, float] = {}
         for each in self._names(subject, predicate):
-            quality, value = self._one(each, names.IS_QUALITY_TYPE), self._one(each, names.HAS_VALUE)
+            quality, value = self._one(each, vocabulary.IS_QUALITY_TYPE), self._one(each, vocabulary.HAS_VALUE)
             if quality is None:
                 self._note(each, "has no isQAtype, must have 1")
             elif not isinstance(value, Data):
@@ -137,48 +137,48 @@ class _Viewer:
         return found
 
     def _objective(self, name: str) -> Objective | None:
-        function = self._one(name, names.TYPE_F)
+        function = self._one(name, vocabulary.TYPE_F)
         if function is None:
             self._note(name, "has no typeF, must name the function that it is for")
             return None
-        bounds = self._qualities_of(name, names.HAS_NFR)
+        bounds = self._qualities_of(name, vocabulary.HAS_NFR)
         return Objective(
             name,
             str(function),
             tuple(Requirement(quality, bound) for quality, bound in bounds.items()),
-            self._number(name, names.PRIORITY, 0.0),
-            self._is_true(name, names.ALWAYS_IMPROVE),
+            self._number(name, vocabulary.PRIORITY, 0.0),
+            self._is_true(name, vocabulary.ALWAYS_IMPROVE),
         )
 
     def _design(self, name: str, objectives: Mapping[str, Objective | None]) -> Design | None:
-        function = self._one(name, names.SOLVES_F)
+        function = self._one(name, vocabulary.SOLVES_F)
         if function is None:
             self._note(name, "has no solvesF, must name the function that it solves")
             return None
-        context = self._one(name, names.CONTEXT)
-        requires = [objectives.get(each) for each in self._names(name, names.DESIGN_REQUIRES_O)]
+        context = self._one(name, vocabulary.CONTEXT)
+        requires = [objectives.get(each) for each in self._names(name, vocabulary.DESIGN_REQUIRES_O)]
         return Design(
             name,
             str(function),
-            self._qualities_of(name, names.HAS_ESTIMATE),
+            self._qualities_of(name, vocabulary.HAS_ESTIMATE),
             tuple(self._components_of(name)),
             tuple(each for each in requires if each is not None),
-            str(context.value) if isinstance(context, Data) else names.DEFAULT_CONTEXT,
-            self._is_true(name, names.IS_REST),
+            str(context.value) if isinstance(context, Data) else vocabulary.DEFAULT_CONTEXT,
+            self._is_true(name, vocabulary.IS_REST),
         )
 
     def _components_of(self, design: str) -> list[str]:
         if not self._requirers:
-            for fact in self.conclusions.of(names.REQUIRED_BY):
+            for fact in self.conclusions.of(vocabulary.REQUIRED_BY):
                 self._requirers.setdefault(str(fact[-1]), []).append(str(fact[1]))
         required = self._requirers.get(design, [])
-        roles = self._names(design, names.ROLES)
-        in_roles = [specified for role in roles for specified in self._names(role, names.ROLE_DEF)]
+        roles = self._names(design, vocabulary.ROLES)
+        in_roles = [specified for role in roles for specified in self._names(role, vocabulary.ROLE_DEF)]
         return sorted({*required, *in_roles}, key=self.knowledge.order)
 
     def _grounding(self, name: str) -> Grounding | None:
-        design, objective = self._one(name, names.TYPE_FD), self._one(name, names.SOLVES_O)
+        design, objective = self._one(name, vocabulary.TYPE_FD), self._one(name, vocabulary.SOLVES_O)
         if design is None or objective is None:
             self._note(name, f"has no {'typeFD' if design is None else 'solvesO'}, must have 1")
             return None
-        return Grounding(name, str(objective), str(design), tuple(self._names(name, names.REQUIRES_O)))
+        return Grounding(name, str(objective), str(design), tuple(self._names(name, vocabulary.REQUIRES_O)))

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
-from regraft.adaptation_manager.planners.metacontrol.knowledge import names
+from regraft.adaptation_manager.planners.metacontrol.knowledge import vocabulary
 from regraft.adaptation_manager.planners.metacontrol.knowledge.knowledge_base import KnowledgeBase
 from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Model
 from regraft.adaptation_manager.planners.metacontrol.knowledge.owl.axioms import relevant_axioms
@@ -29,18 +29,18 @@ from regraft.adaptation_manager.planners.metacontrol.reasoning.situation import 
 
 RUN_TIME: Final = frozenset(
     {
-        names.C_STATUS,
-        names.FG_STATUS,
-        names.FG_ERROR,
-        names.O_STATUS,
-        names.UPDATABLE,
-        names.ERROR_LOG,
-        names.TYPE_F,
-        names.HAS_NFR,
-        names.TYPE_FD,
-        names.SOLVES_O,
-        names.REQUIRES_O,
-        names.HAS_MEASUREMENT,
+        vocabulary.C_STATUS,
+        vocabulary.FG_STATUS,
+        vocabulary.FG_ERROR,
+        vocabulary.O_STATUS,
+        vocabulary.UPDATABLE,
+        vocabulary.ERROR_LOG,
+        vocabulary.TYPE_F,
+        vocabulary.HAS_NFR,
+        vocabulary.TYPE_FD,
+        vocabulary.SOLVES_O,
+        vocabulary.REQUIRES_O,
+        vocabulary.HAS_MEASUREMENT,
     }
 )
 """Properties whose facts come from the situation: those of the files are its beginning (``initial_situation``)."""
@@ -82,24 +82,24 @@ class Analysis:
 
     def why_unrealisable(self, design: str) -> Reason | None:
         """Return why a design is not realisable, None if it is."""
-        return explain(self.conclusions, (names.REALISABILITY, design, UNREALISABLE))
+        return explain(self.conclusions, (vocabulary.REALISABILITY, design, UNREALISABLE))
 
     def why_failed(self, design: str, objective: str) -> Reason | None:
         """Return why a design has failed for an objective, None if it has not."""
-        return explain(self.conclusions, (names.ERROR_LOG, design, objective))
+        return explain(self.conclusions, (vocabulary.ERROR_LOG, design, objective))
 
     def why_in_error(self, objective: str) -> tuple[Reason, ...]:
         """Return why an objective is in error: a reason for each error."""
         state = self.objectives.get(objective)
         facts: list[Fact] = [
-            (names.O_STATUS, objective, Data("text", str(error))) for error in (state.errors if state else ())
+            (vocabulary.O_STATUS, objective, Data("text", str(error))) for error in (state.errors if state else ())
         ]
         reasons = (explain(self.conclusions, fact) for fact in facts)
         return tuple(reason for reason in reasons if reason is not None)
 
     def why_updatable(self, objective: str) -> Reason | None:
         """Return why an objective can be updated, None if it cannot."""
-        return explain(self.conclusions, (names.UPDATABLE, objective, truth(True)))
+        return explain(self.conclusions, (vocabulary.UPDATABLE, objective, truth(True)))
 
 
 class Analyser:
@@ -120,17 +120,17 @@ class Analyser:
         conclusions = self._base.conclude(facts_of(self.model, situation))
         added = added_conflicts(conclusions, self.knowledge.axioms.functional)
         statuses: dict[Term, set[Term]] = {}
-        for fact in conclusions.of(names.O_STATUS):
+        for fact in conclusions.of(vocabulary.O_STATUS):
             statuses.setdefault(fact[1], set()).add(fact[-1])
-        updatable = {fact[1] for fact in conclusions.of(names.UPDATABLE) if fact[-1] == truth(True)}
+        updatable = {fact[1] for fact in conclusions.of(vocabulary.UPDATABLE) if fact[-1] == truth(True)}
         objectives = {
             name: _state(statuses.get(name, set()), name in updatable, situation.grounding_of(name) is not None)
             for name in active_objectives(self.model, situation)
         }
         return Analysis(
             objectives,
-            frozenset(str(fact[1]) for fact in conclusions.of(names.REALISABILITY) if fact[-1] == UNREALISABLE),
-            tuple((str(fact[1]), str(fact[-1])) for fact in conclusions.of(names.ERROR_LOG)),
+            frozenset(str(fact[1]) for fact in conclusions.of(vocabulary.REALISABILITY) if fact[-1] == UNREALISABLE),
+            tuple((str(fact[1]), str(fact[-1])) for fact in conclusions.of(vocabulary.ERROR_LOG)),
             tuple(each.text(conclusions) for each in (*self._lasting_conflicts, *added)),
             conclusions,
             self.rankings,

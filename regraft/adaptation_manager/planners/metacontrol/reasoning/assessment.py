@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
-from regraft.adaptation_manager.planners.metacontrol.knowledge import names
+from regraft.adaptation_manager.planners.metacontrol.knowledge import vocabulary
 from regraft.adaptation_manager.planners.metacontrol.knowledge.curves import Curve
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.explanation import Reason
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import Fact, fact_text, local_name, text
@@ -113,7 +113,9 @@ def causes(reason: Reason | None) -> str:
     return f"{', '.join(found) or fact_text(reason.fact)} (rule {reason.rule or 'none: it was stated'})"
 
 
-STATUSES = frozenset({names.C_STATUS, names.FG_ERROR, names.CC_AVAILABILITY, names.CSPEC_AVAILABILITY})
+STATUSES = frozenset(
+    {vocabulary.C_STATUS, vocabulary.FG_ERROR, vocabulary.CC_AVAILABILITY, vocabulary.CSPEC_AVAILABILITY}
+)
 
 
 def _ends(reason: Reason) -> Iterator[str]:
@@ -123,7 +125,7 @@ def _ends(reason: Reason) -> Iterator[str]:
         measured = [
             local_name(str(premise.fact[2]))
             for premise in reason.premises
-            if premise.fact[0] == names.IS_QUALITY_TYPE and len(premise.fact) == 3
+            if premise.fact[0] == vocabulary.IS_QUALITY_TYPE and len(premise.fact) == 3
         ]
         subject = f"{measured[0]} " if measured else ""
         yield f"{subject}{' and '.join(reason.checks)}"
@@ -132,5 +134,5 @@ def _ends(reason: Reason) -> Iterator[str]:
 
 
 def _status_text(fact: Fact) -> str:
-    failed = fact[0] == names.C_STATUS and fact[-1] == text(ComponentStatus.FAILED)
+    failed = fact[0] == vocabulary.C_STATUS and fact[-1] == text(ComponentStatus.FAILED)
     return f"{local_name(str(fact[1]))} has failed" if failed else fact_text(fact)

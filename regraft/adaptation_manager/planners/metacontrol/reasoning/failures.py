@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from regraft.adaptation_manager.planners.metacontrol.knowledge import names
+from regraft.adaptation_manager.planners.metacontrol.knowledge import vocabulary
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.explanation import Reason
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
 from regraft.adaptation_manager.planners.metacontrol.reasoning.analysis import Analysis
@@ -24,7 +24,9 @@ def _blame(reason: Reason | None) -> tuple[frozenset[str], str]:
     if reason is None:
         return frozenset(), "it failed"
     qualities = frozenset(
-        str(each.fact[2]) for each in reason.premises if each.fact[0] == names.IS_QUALITY_TYPE and len(each.fact) == 3
+        str(each.fact[2])
+        for each in reason.premises
+        if each.fact[0] == vocabulary.IS_QUALITY_TYPE and len(each.fact) == 3
     )
     if not qualities:
         return qualities, f"it failed, by rule {reason.rule}"

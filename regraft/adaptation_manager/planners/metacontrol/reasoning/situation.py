@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from regraft.adaptation_manager.planners.metacontrol.knowledge import names
+from regraft.adaptation_manager.planners.metacontrol.knowledge import vocabulary
 from regraft.adaptation_manager.planners.metacontrol.knowledge.model import (
     REQUIRED,
     Design,
@@ -36,7 +36,7 @@ class Situation:
     components: Mapping[str, ComponentStatus] = field(default_factory=dict)
     measurements: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     errors: Mapping[str, Status] = field(default_factory=dict)
-    context: str = names.DEFAULT_CONTEXT
+    context: str = vocabulary.DEFAULT_CONTEXT
 
     def grounding_of(self, objective: str) -> Grounding | None:
         """Return what solves an objective now."""
@@ -68,7 +68,7 @@ def active_objectives(model: Model, situation: Situation) -> dict[str, Objective
 def facts_of(model: Model, situation: Situation) -> Iterator[Fact]:
     """Yield the facts of a situation; those of the files are not among them."""
     for component, status in situation.components.items():
-        yield (names.C_STATUS, component, text(status))
+        yield (vocabulary.C_STATUS, component, text(status))
     objectives = active_objectives(model, situation)
     for objective in objectives.values():
         yield from _objective_facts(objective)
@@ -79,35 +79,35 @@ def facts_of(model: Model, situation: Situation) -> Iterator[Fact]:
         if solved is not None and design is not None:
             for required in required_objectives(solved, design):
                 if required.name in objectives:
-                    yield (names.REQUIRES_O, grounding.name, required.name)
+                    yield (vocabulary.REQUIRES_O, grounding.name, required.name)
 
 
 def _objective_facts(objective: Objective) -> Iterator[Fact]:
-    yield (names.OBJECTIVE, objective.name)
-    yield (names.TYPE_F, objective.name, objective.function)
+    yield (vocabulary.OBJECTIVE, objective.name)
+    yield (vocabulary.TYPE_F, objective.name, objective.function)
     if objective.always_improve:
-        yield (names.ALWAYS_IMPROVE, objective.name, truth(True))
+        yield (vocabulary.ALWAYS_IMPROVE, objective.name, truth(True))
     for index, requirement in enumerate(objective.requirements):
         if not is_number(requirement.bound):
             continue  # the plan refuses such an objective
         value = f"{objective.name}/requirement_{index}"
-        yield (names.HAS_NFR, objective.name, value)
-        yield (names.IS_QUALITY_TYPE, value, requirement.quality)
-        yield (names.HAS_VALUE, value, number(requirement.bound))
+        yield (vocabulary.HAS_NFR, objective.name, value)
+        yield (vocabulary.IS_QUALITY_TYPE, value, requirement.quality)
+        yield (vocabulary.HAS_VALUE, value, number(requirement.bound))
 
 
 def _grounding_facts(grounding: Grounding, situation: Situation) -> Iterator[Fact]:
-    yield (names.GROUNDING, grounding.name)
-    yield (names.TYPE_FD, grounding.name, grounding.design)
-    yield (names.SOLVES_O, grounding.name, grounding.objective)
+    yield (vocabulary.GROUNDING, grounding.name)
+    yield (vocabulary.TYPE_FD, grounding.name, grounding.design)
+    yield (vocabulary.SOLVES_O, grounding.name, grounding.objective)
     error = situation.errors.get(grounding.name)
     if error is not None:
-        yield (names.FG_ERROR, grounding.name, text(error))
+        yield (vocabulary.FG_ERROR, grounding.name, text(error))
     for quality, measured in situation.measurements.get(grounding.name, {}).items():
         if not is_number(measured):
             continue  # a sensor may report that it has no number: the quality is unknown
         # Each grounding has a measurement of its own: the published reasoner had one for the whole system.
         value = f"{grounding.name}/observed_{local_name(quality)}"
-        yield (names.HAS_MEASUREMENT, grounding.name, value)
-        yield (names.IS_QUALITY_TYPE, value, quality)
-        yield (names.HAS_VALUE, value, number(measured))
+        yield (vocabulary.HAS_MEASUREMENT, grounding.name, value)
+        yield (vocabulary.IS_QUALITY_TYPE, value, quality)
+        yield (vocabulary.HAS_VALUE, value, number(measured))

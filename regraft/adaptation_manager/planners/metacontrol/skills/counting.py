@@ -9,7 +9,7 @@ import rdflib
 from rdflib.term import Literal, Node, URIRef
 
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.owl import OWN, Individuals
-from regraft.adaptation_manager.planners.metacontrol.skills.model import Realization
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import Realization
 
 DECLARATION = rdflib.OWL.NamedIndividual
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Final
 
-from regraft.adaptation_manager.planners.metacontrol.skills.model import Place
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import Place
 
 MAX_SHOWN: Final = 100
 """Diagnostics that are shown to people. JSON has all."""

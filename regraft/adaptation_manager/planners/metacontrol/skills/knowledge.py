@@ -12,8 +12,8 @@ from regraft.adaptation_manager.planners.metacontrol.knowledge.owl.documents imp
 from regraft.adaptation_manager.planners.metacontrol.knowledge.owl.imports import ONTOLOGIES, with_imports
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.owl import Individuals, individuals
 from regraft.adaptation_manager.planners.metacontrol.skills.meaning import every_component
-from regraft.adaptation_manager.planners.metacontrol.skills.model import SkillSet
 from regraft.adaptation_manager.planners.metacontrol.skills.reading import LIBRARY as SHIPPED
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import SkillSet
 
 DOMAINS: Final = {"navigation_definitions.skills": ONTOLOGIES / "navigation.owl"}
 """Ontologies of domains, by the file of the library that has the same definitions."""

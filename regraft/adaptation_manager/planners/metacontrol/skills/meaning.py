@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from regraft.adaptation_manager.planners.metacontrol.skills.model import (
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import (
     Component,
     Configuration,
     Parameter,

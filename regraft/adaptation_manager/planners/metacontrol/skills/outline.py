@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from regraft.adaptation_manager.planners.metacontrol.skills.meaning import is_rest
-from regraft.adaptation_manager.planners.metacontrol.skills.model import Component, Place, Realization, SkillSet
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import Component, Place, Realization, SkillSet
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,13 @@ from regraft.adaptation_manager.planners.metacontrol.skills.language.grammar imp
     SyntaxMistake,
     token_count,
 )
-from regraft.adaptation_manager.planners.metacontrol.skills.model import Name, Place, SkillFile, SkillSet, combined
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import (
+    Name,
+    Place,
+    SkillFile,
+    SkillSet,
+    combined,
+)
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.suggestions import instead_of
 

@@ -8,7 +8,7 @@ from typing import Final
 from rdflib import OWL, RDF, RDFS, BNode, Graph, Literal, URIRef
 from rdflib.term import Node
 
-from regraft.adaptation_manager.planners.metacontrol.knowledge import names
+from regraft.adaptation_manager.planners.metacontrol.knowledge import vocabulary
 from regraft.adaptation_manager.planners.metacontrol.knowledge.errors import Problem
 from regraft.adaptation_manager.planners.metacontrol.knowledge.owl.documents import Document
 from regraft.adaptation_manager.planners.metacontrol.knowledge.owl.literals import term_of
@@ -59,10 +59,10 @@ def _is_fact(graph: Graph, subject: Node, predicate: Node, value: Node) -> bool:
 
 
 def _facts(subject: str, predicate: str, node: Node) -> Iterator[Fact]:
-    if predicate == names.RDF_TYPE:
+    if predicate == vocabulary.RDF_TYPE:
         yield (str(node), subject)
         return
     predicate, value = normalized(predicate, term_of(node))
     yield (predicate, subject, value)
-    if predicate == names.COMPARISON_OPERATOR and isinstance(node, Literal):
-        yield (names.DIRECTION, subject, text(OPERATORS[value]))
+    if predicate == vocabulary.COMPARISON_OPERATOR and isinstance(node, Literal):
+        yield (vocabulary.DIRECTION, subject, text(OPERATORS[value]))

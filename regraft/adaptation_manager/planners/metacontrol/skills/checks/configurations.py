@@ -6,7 +6,7 @@ import math
 
 from regraft.adaptation_manager.planners.metacontrol.skills.diagnostics import Code, Findings
 from regraft.adaptation_manager.planners.metacontrol.skills.meaning import REACHABLE, STATES, every_component, mode_name
-from regraft.adaptation_manager.planners.metacontrol.skills.model import (
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import (
     ACTIVE,
     Configuration,
     Parameter,

@@ -13,7 +13,7 @@ from regraft.adaptation_manager.planners.metacontrol.skills.meaning import (
     is_realisable,
     mode_name,
 )
-from regraft.adaptation_manager.planners.metacontrol.skills.model import Component, Place, Realization, SkillSet
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import Component, Place, Realization, SkillSet
 from regraft.bus_schema.suggestions import near
 
 

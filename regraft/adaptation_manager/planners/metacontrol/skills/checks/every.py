@@ -8,15 +8,15 @@ from regraft.adaptation_manager.planners.metacontrol.skills.checks import (
     configurations,
     distinct,
     interfaces,
-    names,
+    name_clashes,
     qualities,
     realizations,
     requirements,
 )
 from regraft.adaptation_manager.planners.metacontrol.skills.diagnostics import Findings
-from regraft.adaptation_manager.planners.metacontrol.skills.model import SkillSet
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import SkillSet
 
-CHECKS: Final = (names, interfaces, qualities, configurations, realizations, requirements, distinct)
+CHECKS: Final = (name_clashes, interfaces, qualities, configurations, realizations, requirements, distinct)
 
 
 def check(skills: SkillSet, findings: Findings) -> None:

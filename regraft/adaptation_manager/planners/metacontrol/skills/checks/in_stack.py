@@ -6,7 +6,7 @@ from pathlib import Path
 
 from regraft.adaptation_manager.planners.metacontrol.skills.diagnostics import Code, Findings
 from regraft.adaptation_manager.planners.metacontrol.skills.meaning import every_component
-from regraft.adaptation_manager.planners.metacontrol.skills.model import Configuration, SkillSet
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import Configuration, SkillSet
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.robots.scopes import component_in_scope

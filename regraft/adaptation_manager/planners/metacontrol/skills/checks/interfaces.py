@@ -6,7 +6,7 @@ import math
 from typing import Final
 
 from regraft.adaptation_manager.planners.metacontrol.skills.diagnostics import Code, Findings
-from regraft.adaptation_manager.planners.metacontrol.skills.model import SkillSet
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import SkillSet
 from regraft.bus_schema.encoding.registry import known_types
 from regraft.bus_schema.encoding.topic_types import know_schema
 from regraft.bus_schema.suggestions import Hints

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from regraft.adaptation_manager.planners.metacontrol.knowledge.curves import curve_problem
 from regraft.adaptation_manager.planners.metacontrol.skills.diagnostics import Code, Findings
 from regraft.adaptation_manager.planners.metacontrol.skills.meaning import is_rest
-from regraft.adaptation_manager.planners.metacontrol.skills.model import (
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import (
     Environment,
     Estimate,
     Place,

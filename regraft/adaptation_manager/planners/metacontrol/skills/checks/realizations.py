@@ -10,7 +10,7 @@ from regraft.adaptation_manager.planners.metacontrol.skills.meaning import (
     is_realisable,
     is_rest,
 )
-from regraft.adaptation_manager.planners.metacontrol.skills.model import Realization, SkillSet
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import Realization, SkillSet
 from regraft.bus_schema.suggestions import Hints
 
 

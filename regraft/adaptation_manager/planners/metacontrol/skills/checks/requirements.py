@@ -8,7 +8,7 @@ from typing import Final
 
 from regraft.adaptation_manager.planners.metacontrol.skills.checks.qualities import range_problem
 from regraft.adaptation_manager.planners.metacontrol.skills.diagnostics import Code, Findings
-from regraft.adaptation_manager.planners.metacontrol.skills.model import (
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import (
     Better,
     Bound,
     Place,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable
 
-from regraft.adaptation_manager.planners.metacontrol.skills.model import Realization
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import Realization
 
 
 class Names:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.yaml_text import names_below
 from regraft.adaptation_manager.planners.metacontrol.skills.meaning import observed
-from regraft.adaptation_manager.planners.metacontrol.skills.model import SkillSet
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import SkillSet
 
 
 def observed_components(skills: SkillSet) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.yaml_text import scalar, word
-from regraft.adaptation_manager.planners.metacontrol.skills.model import SkillSet
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import SkillSet
 
 
 def observed_qualities(skills: SkillSet) -> str:

@@ -38,7 +38,7 @@ from regraft.adaptation_manager.planners.metacontrol.skills.meaning import (
     is_rest,
     observed,
 )
-from regraft.adaptation_manager.planners.metacontrol.skills.model import (
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import (
     Better,
     QualityType,
     Realization,

@@ -19,7 +19,7 @@ from regraft.adaptation_manager.planners.metacontrol.skills.meaning import (
     is_rest,
     mode_name,
 )
-from regraft.adaptation_manager.planners.metacontrol.skills.model import ACTIVE, Component, Realization, SkillSet
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import ACTIVE, Component, Realization, SkillSet
 from regraft.bus_schema.model.modes.mode_parts import DEFAULT
 
 

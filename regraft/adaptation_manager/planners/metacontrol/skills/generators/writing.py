@@ -15,7 +15,7 @@ from regraft.adaptation_manager.planners.metacontrol.skills.generators.observed_
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.owl import individuals
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.rdf_lines import PUBLISHED, Namespaces
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.system_modes import system_modes
-from regraft.adaptation_manager.planners.metacontrol.skills.model import SkillSet
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import SkillSet
 from regraft.whole_files import write_whole
 
 SYSTEM_MODES: Final = "system_modes.yaml"

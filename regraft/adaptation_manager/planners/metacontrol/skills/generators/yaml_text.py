@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Final
 
-from regraft.adaptation_manager.planners.metacontrol.skills.model import Value
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import Value
 
 SPECIAL: Final = frozenset(("null", "true", "false", "yes", "no", "on", "off", "y", "n"))
 """Words that are no texts in YAML 1.1, in any case."""

@@ -8,7 +8,7 @@ from bisect import bisect_right
 from typing import Any, Final
 
 from regraft.adaptation_manager.planners.metacontrol.skills.language.grammar import parsed
-from regraft.adaptation_manager.planners.metacontrol.skills.model import (
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import (
     Better,
     Bound,
     Component,

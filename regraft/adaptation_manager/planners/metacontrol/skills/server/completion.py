@@ -9,7 +9,7 @@ from enum import Enum
 from typing import Final
 
 from regraft.adaptation_manager.planners.metacontrol.skills.checks.interfaces import type_names
-from regraft.adaptation_manager.planners.metacontrol.skills.server.names import Names
+from regraft.adaptation_manager.planners.metacontrol.skills.server.known_names import Names
 
 PIECE: Final = re.compile(
     r"""//[^\n]*|/\*[\s\S]*?(?:\*/|\Z)|"(?:\\[\s\S]|[^"\\])*(?:"|\Z)|'(?:\\[\s\S]|[^'\\])*(?:'|\Z)"""

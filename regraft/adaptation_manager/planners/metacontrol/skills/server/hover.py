@@ -8,7 +8,7 @@ from typing import Final
 
 from regraft.adaptation_manager.planners.metacontrol.knowledge.curves import Curve, curve_problem
 from regraft.adaptation_manager.planners.metacontrol.skills.meaning import CONTEXTS, every_component, expected, is_rest
-from regraft.adaptation_manager.planners.metacontrol.skills.model import QualityType, Realization, Skill, SkillSet
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import QualityType, Realization, Skill, SkillSet
 
 WORD: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_/-]*")
 MAX_SHOWN: Final = 4000

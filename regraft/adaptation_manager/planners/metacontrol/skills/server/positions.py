@@ -5,7 +5,7 @@ from __future__ import annotations
 from lsprotocol.types import Position, Range
 from pygls.workspace import PositionCodec
 
-from regraft.adaptation_manager.planners.metacontrol.skills.model import Place
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import Place
 
 
 class Lines:

@@ -21,7 +21,7 @@ from regraft.adaptation_manager.planners.metacontrol.skills.diagnostics import D
 from regraft.adaptation_manager.planners.metacontrol.skills.outline import Entry, outline_of
 from regraft.adaptation_manager.planners.metacontrol.skills.server.completion import Kind, proposals
 from regraft.adaptation_manager.planners.metacontrol.skills.server.hover import described, word_at
-from regraft.adaptation_manager.planners.metacontrol.skills.server.names import names_in
+from regraft.adaptation_manager.planners.metacontrol.skills.server.known_names import names_in
 from regraft.adaptation_manager.planners.metacontrol.skills.server.positions import Lines
 from regraft.adaptation_manager.planners.metacontrol.skills.server.texts import MAX_CHARACTERS, Text, Texts
 

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Final
 
 from regraft.adaptation_manager.planners.metacontrol.skills.diagnostics import Code
-from regraft.adaptation_manager.planners.metacontrol.skills.model import SkillSet
 from regraft.adaptation_manager.planners.metacontrol.skills.reading import CheckedSkills, checked_skills
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import SkillSet
 
 MAX_TOKENS: Final = 40_000
 """Words and marks that are checked while they are edited, imports included: some 2 s. Files may have more."""

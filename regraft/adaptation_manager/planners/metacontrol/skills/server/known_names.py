@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Final
 
 from regraft.adaptation_manager.planners.metacontrol.skills.meaning import CONTEXTS, STATES, every_component
-from regraft.adaptation_manager.planners.metacontrol.skills.model import SkillSet
 from regraft.adaptation_manager.planners.metacontrol.skills.reading import LIBRARY, MAX_FILES, checked_skills
 from regraft.adaptation_manager.planners.metacontrol.skills.server.texts import MAX_TOKENS
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import SkillSet
 
 IDENTIFIER: Final = r"[A-Za-z_][A-Za-z0-9_]*"
 DECLARED: Final = {

@@ -7,7 +7,7 @@ from itertools import chain
 
 from regraft.adaptation_manager.planners.metacontrol.skills.diagnostics import Code, Findings
 from regraft.adaptation_manager.planners.metacontrol.skills.meaning import CONTEXTS, every_component
-from regraft.adaptation_manager.planners.metacontrol.skills.model import Name, Place, SkillSet
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import Name, Place, SkillSet
 
 Named = tuple[str, Place]
 
