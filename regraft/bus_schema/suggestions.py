@@ -78,3 +78,7 @@ class Hints:
             return f"there are {len(self._known)} others"
         self._left -= 1
         return instead_of(name, self._known)
+
+    def no_such(self, kind: str, name: str) -> str:
+        """Return that nothing of a kind has that name, and what may have been meant."""
+        return f"there is no {kind} {name!r}; {self.instead_of(name)}"

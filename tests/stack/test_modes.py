@@ -59,6 +59,14 @@ def test_each_change_of_a_mode_that_is_wrong_is_told_in_its_own_line(tmp_path: P
     assert (second.field, second.line) == ("modes.night.2.change", line_of(text, "sleep"))
 
 
+def test_of_many_unknown_modes_near_ones_are_looked_up_for_the_first_alone(tmp_path: Path) -> None:
+    text = f"{GOOD}modes:\n" + "".join(f"  mode_{n}: [{{change: mode, mode: made_{n}}}]\n" for n in range(30))
+    found = problems(tmp_path, text)
+    assert len(found) == 30
+    assert "did you mean 'mode_0'?" in found[0].problem
+    assert found[-1].problem == "there is no mode 'made_29'; there are 30 others"
+
+
 def test_a_circle_of_modes_is_told_once_and_modes_that_lead_to_it_are_not_blamed(tmp_path: Path) -> None:
     modes = {"before": "dusk", "dusk": "night", "night": "dusk"}
     text = f"{GOOD}modes:\n" + "".join(f"  {a}: [{{change: mode, mode: {b}}}]\n" for a, b in modes.items())

@@ -13,7 +13,7 @@ from regraft.bus_schema.model.modes.mode_circles import find_circle
 from regraft.bus_schema.model.modes.mode_conditions import condition_problems
 from regraft.bus_schema.model.modes.mode_deciders import deciders, fed_as_needed
 from regraft.bus_schema.model.modes.mode_parts import part_of
-from regraft.bus_schema.suggestions import instead_of, no_such
+from regraft.bus_schema.suggestions import Hints, instead_of
 from regraft.stack.sections.modes import ReadModes
 from regraft.stack.yaml.nodes import Location, Node
 from regraft.stack.yaml.section import Section
@@ -30,7 +30,8 @@ def with_rules(root: Section, read: ReadModes) -> Architecture:
     section = root.section("rules")
     before = len(root.report.problems)
     modes = architecture.modes if modes_known else None
-    own = [_rule(section.section(name), name, modes) for name in section.names()]
+    hints = Hints(modes or ())
+    own = [_rule(section.section(name), name, modes, hints) for name in section.names()]
     found = replace(architecture, mode_rules=(*architecture.mode_rules, *filter(None, own)))
     described = all(spec.description or not spec.managed for spec in architecture.components.values())
     if own and described and not deciders(architecture.components.values()):
@@ -46,7 +47,7 @@ def with_rules(root: Section, read: ReadModes) -> Architecture:
     return replace(found, components={**found.components, **fed})
 
 
-def _rule(section: Section, name: str, modes: Collection[str] | None) -> ModeRule | None:
+def _rule(section: Section, name: str, modes: Collection[str] | None, hints: Hints) -> ModeRule | None:
     section.only("when", "mode", "from", "settle", "dwell", "because")
     before = len(section.report.problems)
     for field in ("when", "mode"):
@@ -55,7 +56,7 @@ def _rule(section: Section, name: str, modes: Collection[str] | None) -> ModeRul
     mode = section.text("mode")
     start = _one_or_several(section, "from")
     if modes is not None:
-        _check_modes(section, mode, start, modes)
+        _check_modes(section, mode, start, modes, hints)
     rule = ModeRule(
         name,
         section.expression("when"),
@@ -76,12 +77,12 @@ def _one_or_several(section: Section, key: str) -> tuple[str, ...]:
     return (text,) if text else ()
 
 
-def _check_modes(section: Section, mode: str, start: Iterable[str], modes: Collection[str]) -> None:
+def _check_modes(section: Section, mode: str, start: Iterable[str], modes: Collection[str], hints: Hints) -> None:
     if mode and mode not in modes:
-        section.wrong("mode", no_such("mode", mode, modes))
+        section.wrong("mode", hints.no_such("mode", mode))
     for each in start:
         if each not in modes:
-            section.wrong("from", no_such("mode", each, modes))
+            section.wrong("from", hints.no_such("mode", each))
         elif mode in modes and part_of(each) != part_of(mode):
             known = [other for other in modes if part_of(other) == part_of(mode)]
             section.wrong("from", f"{each!r} is a mode of another part than {mode!r}; {instead_of(each, known)}")

@@ -14,7 +14,7 @@ from regraft.bus_schema.model.consistency import contradictions
 from regraft.bus_schema.model.modes.mode_parts import way_between
 from regraft.bus_schema.model.modes.mode_sizes import size_problems
 from regraft.bus_schema.model.robots.scopes import SHARED
-from regraft.bus_schema.suggestions import no_such
+from regraft.bus_schema.suggestions import Hints
 from regraft.stack.sections.mode_changes import change_problems, targets_of
 from regraft.stack.sections.mode_files import MODES, PlainChange, modes_of_files, with_absolute_values
 from regraft.stack.yaml.nodes import Location, Node, plain
@@ -96,9 +96,10 @@ def _changes(
         except BadMessage as error:
             section.wrong(".".join((place, *error.where[2:])), error.why)
     known = {*components, *(meant.component for _, meant, _ in found if isinstance(meant, Add))}
+    hints = Hints(known)
     for place, meant, _ in found:
         if meant.component not in known and not isinstance(meant, EnterMode):
-            section.wrong(f"{place}.component", no_such("component", meant.component, known))
+            section.wrong(f"{place}.component", hints.no_such("component", meant.component))
     return found
 
 
@@ -121,12 +122,13 @@ def _check_entered(
     in_circles: set[str] = set()
     parts = {name: [each["mode"] for each in changes.values() if _enters(each)] for name, changes in found.items()}
     order = {name: index for index, name in enumerate(found)}
+    hints = Hints((*of_files, *found))
     for name, changes in found.items():
         for place, change in changes.items():
             inner = change["mode"] if _enters(change) else name
             way = way_between(inner, name, parts) if _enters(change) and name not in large else None
             if inner not in found and inner not in of_files:
-                section.wrong(f"{place}.mode", no_such("mode", inner, (*of_files, *found)))
+                section.wrong(f"{place}.mode", hints.no_such("mode", inner))
             if way is not None:
                 in_circles.update(way)
             if way is not None and inner in {*found, *of_files} and min(order[each] for each in way) == order[name]:

@@ -17,7 +17,7 @@ from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.mode_rules import ModeRule
 from regraft.bus_schema.model.modes.mode_parts import DEFAULT, way_between
 from regraft.bus_schema.model.modes.mode_sizes import size_problems
-from regraft.bus_schema.suggestions import instead_of
+from regraft.bus_schema.suggestions import Hints
 from regraft.stack.sections.system_mode_rules import Part, PartNames, rules_of
 from regraft.stack.yaml.document import read_document
 from regraft.stack.yaml.nodes import Location, Node, plain
@@ -130,18 +130,20 @@ class _Reader:
 
     def check(self) -> None:
         """Note all that does not fit together."""
+        components = Hints(self._components)
+        parts = Hints([*self.parts, *self._names.own(self._components)])
+        modes = {name: Hints(part.modes) for name, part in self.parts.items()}
         for part in self.parts.values():
             component = self._names.component(part.name)
             if part.is_node and component not in self._components:
-                known = instead_of(component, self._components)
-                self._wrong(part.location, part.name, f"there is no component {component!r}; {known}")
+                self._wrong(part.location, part.name, components.no_such("component", component))
             for mode, settings in part.modes.items():
                 for name, node in settings.items():
                     where = f"{part.name}.modes.{mode}.{name}"
                     if DEFAULT in part.modes and name not in part.modes[DEFAULT]:
                         self._wrong(node.location, where, f"{DEFAULT} does not name it, so no other mode can")
                     if not part.is_node:
-                        self._check_state(name, node, where)
+                        self._check_state(name, node, where, parts, modes.get(name, Hints(())))
         inner = {part.name: self._inner_parts(part) for part in self.parts.values()}
         for part in self.parts.values():
             way = next(filter(None, (way_between(name, part.name, inner) for name in inner[part.name])), None)
@@ -153,7 +155,7 @@ class _Reader:
                 self._wrong(self.parts[name].location, f"{name}.modes.{mode}", problem)
             told.add(name)
 
-    def _check_state(self, name: str, node: Node, where: str) -> None:
+    def _check_state(self, name: str, node: Node, where: str, parts: Hints, modes: Hints) -> None:
         state, _, mode = str(node.value).partition(".")
         if state not in TRANSITIONS:
             self._wrong(
@@ -161,11 +163,9 @@ class _Reader:
             )
         known = self.parts.get(name)
         if known is None and self._names.component(name) not in self._components:
-            both = [*self.parts, *self._names.own(self._components)]
-            self._wrong(node.location, where, f"there is no part {name!r}; {instead_of(name, both)}")
+            self._wrong(node.location, where, parts.no_such("part", name))
         elif mode and (known is None or mode not in known.modes):
-            modes = known.modes if known else ()
-            self._wrong(node.location, where, f"{name} has no mode {mode!r}; {instead_of(mode, modes)}")
+            self._wrong(node.location, where, f"{name} has no mode {mode!r}; {modes.instead_of(mode)}")
 
     def _inner_parts(self, part: Part) -> list[str]:
         """Return the parts of a system that the file has."""
