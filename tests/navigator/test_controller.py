@@ -106,14 +106,6 @@ def test_turn_goes_the_long_way_round_where_the_short_one_is_not_free() -> None:
     assert confined.twist.w > 0.0
 
 
-@given(st.floats(0.0, 0.03), st.floats(-math.pi, math.pi), st.floats(-math.pi, math.pi))
-def test_a_round_robot_turns_however_near_something_stands(gap: float, bearing: float, yaw: float) -> None:
-    round_one = Manoeuvres(Footprint.disc(0.2))
-    thing = (0.2 + gap) * np.array([[math.cos(bearing), math.sin(bearing)]])
-    now = Situation(Pose2D(3.0, -7.0, yaw), Twist2D(), Pose2D(3.0, -7.0, yaw).outward(thing), Limits())
-    assert round_one.can_turn(now, math.pi)
-
-
 def test_robot_between_two_walls_does_not_turn() -> None:
     sides = np.concatenate([wall(0.0, 0.19, 0.22), -wall(0.15, 0.19, 0.22), wall(-0.15, 0.19, 0.22)])
     sides = np.concatenate([sides, sides * [1.0, -1.0]])

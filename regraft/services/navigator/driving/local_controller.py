@@ -17,8 +17,6 @@ TURN_GAIN = 2.0  # 1/s
 SLOWEST_TURN = 0.12  # rad/s: slower turns may never overcome friction
 # The next forecast step is checked even for a turn that is nearly done.
 TURN_CHECK_STEP = 0.1
-# Forecast distances are in single precision, and must not fall short of a gap that stays as it is.
-ROUNDING = 1e-5  # m
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -145,7 +143,7 @@ class Manoeuvres:
 
     def required_gap(self, points: FloatArray) -> float:
         """Return the gap (m) to keep to some points (N, 2): the margin, or what there is if that is less."""
-        return min(self.margin, self.gap(points) - ROUNDING)
+        return min(self.margin, self.gap(points))
 
     def _admissible(self, tried: Rollouts, points: FloatArray) -> bool:
         return float(tried.clearances(self.footprint, points).min()) >= self.required_gap(points)

@@ -33,7 +33,6 @@ class Behaviour:
     travelled: float = 0.0
     started: float | None = field(init=False, default=None)
     elapsed: float = field(init=False, default=0.0)
-    _has_begun: bool = field(init=False, default=False)
 
     def end(self, ended: Ended) -> None:
         """End it, unless it has ended."""
@@ -51,8 +50,7 @@ class Behaviour:
     def step(self, time: float, now: Situation) -> Twist2D:
         """Return the twist to command."""
         self.sightless.reset()
-        if not self._has_begun:
-            self._has_begun = True
+        if self.started is None:
             self.begin(now)
         if not self._in_time(time):
             return Twist2D()
