@@ -87,8 +87,11 @@ class ComponentThread:
             raise self.failure
 
     def kill(self) -> None:
-        """End it at once, in the middle of whatever it does, as its process ends that is killed."""
-        self.runtime.post(_die)
+        """End it at once, in the middle of whatever it does, as its process ends that is killed.
+
+        No thread can be killed, so its heavy work ends first: nothing of a killed process acts any more.
+        """
+        self.runtime.post(self._die)
         self.join()
 
     def join(self) -> None:
@@ -96,6 +99,10 @@ class ComponentThread:
         self.thread.join(PATIENCE)
         assert not self.thread.is_alive(), f"{self.thread.name} did not end"
 
-
-def _die() -> None:
-    raise SystemExit
+    def _die(self) -> None:
+        compute = self.runtime.compute
+        if compute.under_way:
+            ended = threading.Event()
+            compute.submit(ended.set)
+            assert ended.wait(PATIENCE), f"{self.thread.name} computes without an end"
+        raise SystemExit
