@@ -16,6 +16,8 @@ from tests.support.worlds import FROG_WORLD
 
 from ..services.rigs import finish, run, world_on
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("seed", [2, 5])
 def test_frog_finds_its_dock_charges_and_touches_nothing(seed: int) -> None:

@@ -59,12 +59,12 @@ def project(tmp_path: Path) -> Path:
 
 def sitting(project: Path, *options: str) -> subprocess.CompletedProcess[str]:
     """Run the tests of a project, or the rest of them."""
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
     words = ("-p", "tests.continued.plugin", "-p", "no:cacheprovider", *options)
     return run(*words, cwd=project, environment=environment, program=(sys.executable, "-m", "pytest"))
 
 
-@pytest.mark.parametrize("options", [("-p", "no:xdist"), ("-n", "2")], ids=["alone", "workers"])
+@pytest.mark.parametrize("options", [(), ("-p", "xdist", "-n", "2")], ids=["alone", "workers"])
 def test_what_has_passed_is_not_run_again_and_what_had_failed_is_told(project: Path, options: tuple[str, ...]) -> None:
     first = sitting(project, *options)
     assert first.returncode == pytest.ExitCode.TESTS_FAILED
@@ -103,7 +103,7 @@ def test_a_line_that_was_cut_off_counts_for_nothing(project: Path) -> None:
     assert (project / "calls").read_text().split().count("first") == 2
 
 
-@pytest.mark.parametrize("options", [("-p", "no:xdist"), ("-n", "1")], ids=["alone", "worker"])
+@pytest.mark.parametrize("options", [(), ("-p", "xdist", "-n", "1")], ids=["alone", "worker"])
 def test_a_test_that_ends_its_process_counts_as_an_attempt(project: Path, options: tuple[str, ...]) -> None:
     body = "import os\nfrom pathlib import Path\n\n\ndef test_of_a_kill():\n    if not Path('calls').exists():\n"
     (project / "test_cases.py").write_text(f"{body}        Path('calls').write_text('once')\n        os._exit(3)\n")

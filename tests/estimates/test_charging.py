@@ -6,6 +6,8 @@ import pytest
 
 from .dock import charge
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("seed", [2])
 def test_docking_and_charging_take_the_time_and_the_energy_estimated(seed: int) -> None:

@@ -26,6 +26,8 @@ from tests.handover.parts import (
 from tests.handover.site import Processes, Refused, Wiring
 from tests.support.waiting import wait_until
 
+pytestmark = pytest.mark.slow
+
 WIRING = Wiring({"items": ("source",)}, {"totals": ("sink",)})
 NOTHING = (0, 0, 0, 0)
 LOST_WITHOUT_HOLDING = 500

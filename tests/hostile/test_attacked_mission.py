@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from tests.hostile.attacked_mission import attacked_mission
 from tests.hostile.conftest import Start
+
+pytestmark = pytest.mark.slow
 
 INPUTS = 150
 

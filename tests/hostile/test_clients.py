@@ -18,6 +18,8 @@ from tests.support.paths import ROOT
 from tests.support.systems import System
 from tests.support.waiting import wait_until
 
+pytestmark = pytest.mark.slow
+
 FLOOD = "  flood: {class: 'tests.hostile.parts:Flood', parameters: {size: 100000, seconds: 3.0}}\n"
 
 

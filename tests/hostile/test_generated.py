@@ -11,6 +11,8 @@ from tests.gateway.http.generated import attacked
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.rest import Rest
 
+pytestmark = pytest.mark.slow
+
 EXAMPLES = 3
 
 

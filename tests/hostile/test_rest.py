@@ -15,6 +15,8 @@ from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.rest import Rest
 from tests.support.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 SLOW_READERS = 200
 NAMES = [
     "../../etc/passwd",

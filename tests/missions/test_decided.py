@@ -21,6 +21,8 @@ from regraft.testing import Rig
 from tests.missions.robot import STACKS
 from tests.missions.test_rounds import FAR, NEAR, Rounds
 
+pytestmark = pytest.mark.slow
+
 DECISIONS = str(STACKS / "decisions")
 PLANNERS: dict[str, type[DecidingPlanner]] = {"bandits": BanditPlanner, "forecast": ForecastPlanner}
 

@@ -12,6 +12,8 @@ from regraft.testing import Rig
 from tests.missions.acting import CORNER, OWN
 from tests.missions.test_rounds import FAR, NEAR, Rounds
 
+pytestmark = pytest.mark.slow
+
 
 @contextmanager
 def planned(mission: str = "rounds_planned") -> Iterator[tuple[Rig, Rounds]]:

@@ -26,6 +26,8 @@ from tests.support.machine.processes import children_of
 from tests.support.systems import System, all_ended, home
 from tests.support.waiting import PATIENCE
 
+pytestmark = pytest.mark.slow
+
 TICKERS = "  ticker: {class: 'tests.host.parts:Ticker'}\n"
 SIMULATED = """\
 system: tests

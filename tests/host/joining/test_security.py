@@ -20,6 +20,8 @@ from tests.support.commands import run
 from tests.support.machine.ports import free_port
 from tests.support.machine.processes import children_of
 
+pytestmark = pytest.mark.slow
+
 YEAR = timedelta(days=365)
 FROG = str(paths.FROG)
 

@@ -15,6 +15,8 @@ from tests.host.several import Site
 from tests.support.systems import home
 from tests.support.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 FREEZES = 4
 FROZEN_FOR = 0.2
 """Seconds: shared memory is taken back from a reader after 0.1, and a run is hung after 0.45."""

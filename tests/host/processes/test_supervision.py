@@ -22,6 +22,8 @@ from tests.support.paths import ROOT
 from tests.support.systems import System, all_ended, home
 from tests.support.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 TICKER = "  ticker: {class: 'tests.host.parts:Ticker'}\n"
 MOODY = "  moody: {class: 'tests.host.parts:Moody'}\n"
 TOGETHER = """\

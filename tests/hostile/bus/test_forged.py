@@ -34,6 +34,8 @@ from tests.support.frog import in_parallel, pause
 from tests.support.systems import System
 from tests.support.waiting import wait_until
 
+pytestmark = pytest.mark.slow
+
 HANGING = "  hanging: {class: 'tests.hostile.parts:Hanging'}\n"
 MANAGER = (
     "  adaptation_manager: {class: 'regraft.adaptation_manager.manager:AdaptationManager',"

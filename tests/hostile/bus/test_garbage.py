@@ -25,6 +25,8 @@ from tests.support.stepped.site import BEYOND
 from tests.support.systems import System
 from tests.support.waiting import wait_until
 
+pytestmark = pytest.mark.slow
+
 HOST_VERBS = ("view", "specs", "start", "stop", "logs")
 MAP_WITHIN_MAP = b"\x81\xa1a" * 5000 + b"\xc0"
 LISTS = b"\x91" * 100_000 + b"\xc0"

@@ -9,10 +9,14 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
+import pytest
+
 from regraft import run_directory
 from tests.support.commands import AnyProcess, Command, run
 from tests.support.machine.processes import children_of
 from tests.support.waiting import wait_until
+
+pytestmark = pytest.mark.slow
 
 Write = Callable[..., Path]
 

@@ -13,6 +13,8 @@ from tests.hostile.parts import Word
 from tests.support.systems import System
 from tests.support.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 MAX_MEMORY = 1e9
 LITTLE = "restart: {limit: 1, backoff: 0.01}"
 

@@ -19,6 +19,8 @@ from tests.support.paths import ROOT
 from tests.support.systems import home
 from tests.support.waiting import PATIENCE, wait_for, wait_until
 
+pytestmark = pytest.mark.slow
+
 Write = Callable[..., Path]
 
 CLASS = """

@@ -21,6 +21,8 @@ from tests.metacontrol.control.bench import write
 from tests.support.paths import ROOT
 from tests.support.waiting import wait_for, wait_until
 
+pytestmark = pytest.mark.slow
+
 MORE = """\
   bt_executor: {class: 'regraft.services.bt_executor.executor:Executor'}
   driver: {class: 'tests.executor.robot:Navigator', parameters: {seconds: 3600.0}}

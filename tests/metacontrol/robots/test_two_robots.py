@@ -22,6 +22,8 @@ from tests.metacontrol.robots.stacks import write
 from tests.support.systems import System, all_ended, home
 from tests.support.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 PARTS = ("controller", "laser", "camera")
 OBJECTIVE = Objective("to_navigate", "carry", {"safety": 0.5})
 
