@@ -32,7 +32,7 @@ from regraft.security.system_secret import BadSecret
 from regraft.security.tokens import BadToken, BadTokens
 from regraft.stack import StackError
 from regraft.system.capacity import TooMany
-from regraft.system.join import CannotJoin, NothingThere
+from regraft.system.first_host import CannotJoin, NothingThere
 
 BY_CODE: tuple[tuple[int, tuple[type[Exception], ...]], ...] = (
     (BAD_INPUT, (BadInput, StackError, CannotImport, NoSuchClass, AlreadyRunning, NoRoom, TooMany, ParameterError)),

@@ -19,6 +19,7 @@ from regraft.bus_schema.messages.protocol.joining import JoinedSystem, JoinHost,
 from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.bus_schema.model.hosts.offers import HostOffer
 from regraft.host.host import Host
+from regraft.host.joining.leaving import ANSWER_TIMEOUT, ATTEMPTS, announce
 from regraft.host.plan import HostPlan
 from regraft.host.runs.managed_process import ManagedProcess
 from regraft.host.zygote.zygote import Zygote
@@ -26,10 +27,6 @@ from regraft.runtime.core.lease import GRACE, GrantedLease, now
 from regraft.security.host_proof import Seal
 
 RENEW_INTERVAL = 0.2
-ANSWER_TIMEOUT = 0.6
-"""Seconds for which an answer is waited for before the next attempt."""
-GOODBYES = 5
-"""How often it announces that it leaves, until that is answered: else it would count as lost."""
 GRACE_TO_BEGIN_AGAIN = 1.0
 """Seconds that a run may take to end before it begins again by another spec."""
 PATIENCE = 60.0
@@ -88,14 +85,10 @@ class JoinedHost(Host):
         super().end()
         if not in_order:
             return
-        for _ in range(1 if self.over else GOODBYES):
-            try:
-                key, goodbye = self._keys.host(LOCAL, "renew"), codec.encode(self._sign(leaving=True))
-                if self._bus.query(key, goodbye, ANSWER_TIMEOUT):
-                    return
-            except BusError as error:
-                self._log.warning("%s", error)
-                return
+        try:
+            announce(self._bus, self._keys, lambda: self._sign(leaving=True), 1 if self.over else ATTEMPTS)
+        except BusError as error:
+            self._log.warning("%s", error)
 
     # --- the lease ---
 

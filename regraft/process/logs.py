@@ -35,18 +35,22 @@ def log_of(folder: Path, component: str) -> Path:
 def begin_anew_if_long(log: Path) -> None:
     """Keep the end of a log that has grown too long as ``.1``, and empty it; its writers continue.
 
-    It is copied, since programs hold it open. A failed attempt is repeated the next time.
+    It is copied, since programs hold it open. Readers find the previous end until the copy is complete. A failed
+    attempt is repeated the next time.
     """
+    kept, copy = f"{log}.1", f"{log}.1.part"
     try:
         if log.stat().st_size <= MAX_LOG_SIZE:
             return
-        with log.open("r+b") as long, open(f"{log}.1", "wb", opener=_private) as kept:
-            long.seek(-MAX_LOG_SIZE, os.SEEK_END)
-            for _ in range(2 * MAX_LOG_SIZE // MAX_BYTES):  # somebody may write as fast as this reads
-                part = long.read(MAX_BYTES)
-                if not part:
-                    break
-                kept.write(part)
+        with log.open("r+b") as long:
+            with open(copy, "wb", opener=_private) as end:
+                long.seek(-MAX_LOG_SIZE, os.SEEK_END)
+                for _ in range(2 * MAX_LOG_SIZE // MAX_BYTES):  # somebody may write as fast as this reads
+                    part = long.read(MAX_BYTES)
+                    if not part:
+                        break
+                    end.write(part)
+            os.replace(copy, kept)
             long.truncate(0)
     except OSError:
         return

@@ -8,18 +8,14 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeVar
 
 from regraft import run_directory
-from regraft.bus.interface import Answer, Bus, BusError
+from regraft.bus.interface import Bus, BusError
 from regraft.bus.zenoh_bus import open_bus
 from regraft.bus.zenoh_config import Endpoints
 from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.keys import Keys, system_name
-from regraft.bus_schema.messages.protocol.control import ControlCode, ControlError
-from regraft.bus_schema.messages.protocol.joining import HostProof, JoinedSystem, JoinHost
-from regraft.bus_schema.model.hosts.hosts import LOCAL
+from regraft.bus_schema.messages.protocol.joining import JoinedSystem, JoinHost
 from regraft.bus_schema.model.hosts.offers import NO_OFFER, HostOffer
 from regraft.host.joined_host import JoinedHost
 from regraft.host.joining.early_query import asked_by_a_child
@@ -28,30 +24,15 @@ from regraft.host.zygote.zygote import Zygote, start_zygote
 from regraft.process.scheduling import work_in_batches
 from regraft.process.shutdown import ShutdownRequest
 from regraft.process.trial.trial_import import Notice
-from regraft.runtime.core.lease import now
-from regraft.security.host_proof import NotProved, Seal, prove
 from regraft.security.unreachable import explained
 from regraft.stack.classes import look_in
 from regraft.stack.installed import packages
 from regraft.system import capacity
+from regraft.system.first_host import ANSWER_TIMEOUT, RETRY_INTERVAL, CannotJoin, FirstHost, NothingThere, read_answer
 from regraft.system.launch import PUMP, free_endpoint, prepare_process
 
-ANSWER_TIMEOUT = 3.0
-LINK_TIMEOUT = 10.0
-"""Seconds that the link between the hubs may take to come up."""
 WAIT_FOR_LOSS = 30.0
 """Seconds that a name is waited for whose last host may still run."""
-RETRY_INTERVAL = 0.1
-
-Told = TypeVar("Told", JoinedSystem, HostProof)
-
-
-class CannotJoin(Exception):
-    """The system does not take the host in; the text states why and what would be right."""
-
-
-class NothingThere(Exception):
-    """Nobody answers at the endpoint, or not any more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,7 +126,7 @@ def _look(wanted: Wanted) -> JoinedSystem:
             where = ", ".join(wanted.endpoints.connect)
             named = f" named {wanted.system!r}" if wanted.system else ""
             raise NothingThere(f"no system{named} that can be joined answers at {where}")
-        joined = _read(answer, JoinedSystem)
+        joined = read_answer(answer, JoinedSystem)
         if isinstance(joined, JoinedSystem):
             return _checked(joined, wanted)
         if time.monotonic() > deadline:
@@ -160,19 +141,6 @@ def _checked(first: JoinedSystem, wanted: Wanted) -> JoinedSystem:
             f"system {named!r} takes in hosts by their certificates: join its tls/ endpoint, with --tls FOLDER"
         )
     return first
-
-
-def _read(answer: Answer, kind: type[Told]) -> Told | str:
-    """Return the first host's answer, or why one has to wait; raises CannotJoin."""
-    try:
-        if not answer.error:
-            return codec.decode(answer.payload, kind)
-        refusal = codec.decode(answer.payload, ControlError)
-    except BadMessage as error:
-        raise CannotJoin(f"its answer cannot be read, it may be of another version of Regraft: {error}") from None
-    if refusal.code is ControlCode.TIMED_OUT:
-        return "; ".join(refusal.problems)
-    raise CannotJoin("; ".join(refusal.problems))
 
 
 def _stack_folder(first: JoinedSystem) -> Path:
@@ -203,11 +171,10 @@ def _run(
     bus = open_bus(endpoints, lockstep=architecture.simulated)
     try:
         instance = secrets.token_hex(8)
-        with ending.interrupting():
-            seal = _proved(bus, wanted, architecture.system, instance)
-            first, asked_at = _join(
-                bus, architecture.system, JoinHost(plan.name, instance, pid=os.getpid(), offer=wanted.offer), seal
-            )
+        first_host = FirstHost(bus, Keys(architecture.system), ending)
+        seal = first_host.prove(wanted.endpoints.tls, plan.name, instance)
+        asked = JoinHost(plan.name, instance, pid=os.getpid(), offer=wanted.offer)
+        first, asked_at = first_host.join(asked, seal)
         host = JoinedHost(plan.as_joined(first), bus, zygote, first, asked_at, instance, seal, wanted.offer)
         joined = Joined(host, bus, architecture.system, plan.endpoint, notices)
         host.start()
@@ -225,44 +192,3 @@ def _run(
         return host
     finally:
         bus.close()
-
-
-def _proved(bus: Bus, wanted: Wanted, system: str, instance: str) -> Seal:
-    """Prove who this host is, if it has a certificate."""
-    if wanted.endpoints.tls is None:
-        return Seal()
-    try:
-        return prove(
-            wanted.endpoints.tls,
-            wanted.name,
-            instance,
-            lambda flight: _asked(bus, system, "prove", lambda: flight, HostProof),
-        )
-    except NotProved as error:
-        raise CannotJoin(str(error)) from None
-
-
-def _join(bus: Bus, system: str, asked: JoinHost, seal: Seal) -> tuple[JoinedSystem, float]:
-    """Join for good; returns the answer, and when it was asked for (s, of the leases' clock)."""
-    asked_at = 0.0
-
-    def question() -> JoinHost:
-        nonlocal asked_at
-        asked_at = now()
-        return seal.on(asked)
-
-    joined = _asked(bus, system, "join", question, JoinedSystem)
-    return joined, asked_at
-
-
-def _asked(bus: Bus, system: str, verb: str, question: Callable[[], object], kind: type[Told]) -> Told:
-    """Return what the first host answers, as soon as the link between the hubs is there."""
-    key, deadline = Keys(system).host(LOCAL, verb), time.monotonic() + LINK_TIMEOUT
-    while True:
-        answers = bus.query(key, codec.encode(question()), ANSWER_TIMEOUT)
-        told = _read(answers[0], kind) if answers else "the first host does not answer any more"
-        if not isinstance(told, str):
-            return told
-        if time.monotonic() > deadline:
-            raise NothingThere(told)
-        time.sleep(RETRY_INTERVAL)

@@ -29,7 +29,8 @@ extendedKeyUsage = serverAuth,clientAuth
 """
 TRUSTING = """
 import sys
-from regraft.system.join import CannotJoin, Wanted, run_guest
+from regraft.system.first_host import CannotJoin
+from regraft.system.join import Wanted, run_guest
 from regraft.bus.interface import BusError
 from regraft.bus.zenoh_config import Endpoints, Tls
 endpoint, name, secret, *files = sys.argv[1:]
