@@ -201,14 +201,18 @@ async def _read_back(context: ExecutionContext, planned: tuple[PlannedStep, ...]
 
 
 async def _give(context: ExecutionContext, former: UpdateSpecs) -> None:
-    """Give hosts the former specs; one that is found to be gone learns of them when it joins. Raises ControlFailed."""
+    """Give hosts the former specs; one that is found to be gone learns of them when it joins. Raises ControlFailed.
+
+    The last attempt begins after the bound: a single wait for an answer may be longer, and a host be gone since.
+    """
     patience = Patience(context.bounds.undo)
     while True:
+        is_last = patience.is_over()
         try:
             await context.hosts.give(former)
             return
         except ControlFailed as error:
-            if error.code is not None or patience.is_over():
+            if error.code is not None or is_last:
                 raise
         await context.pause(UNDO_INTERVAL)
         await context.refresh()
@@ -231,9 +235,10 @@ async def _give_home(context: ExecutionContext, former: UpdateSpecs, names: list
 
 
 async def _undo_step(context: ExecutionContext, step: PlannedStep, state: StepState) -> str:
-    """Undo one step, trying again until the bound; returns why that failed, empty if it did not."""
+    """Undo one step, trying again until the bound, as ``_give`` does; returns why that failed, empty if it did not."""
     patience = Patience(context.bounds.undo)
     while True:
+        is_last = patience.is_over()
         if context.controls.living(step.component) is None and not isinstance(step.undo, OF_PROCESSES):
             # Nothing of the step is left: if the process starts again, it does so from the former specs. On
             # a host that is not there it may still run: it begins again as that host joins again.
@@ -246,7 +251,7 @@ async def _undo_step(context: ExecutionContext, step: PlannedStep, state: StepSt
                 return ""
             if await has_failed_down(context, step, error):
                 return ""
-            if error.code not in MAY_PASS or patience.is_over():
+            if error.code not in MAY_PASS or is_last:
                 return str(error)
         except Exception as error:
             return f"{type(error).__name__}: {error}"

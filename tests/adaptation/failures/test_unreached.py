@@ -6,8 +6,10 @@ from dataclasses import replace
 
 import pytest
 
+from regraft.bus.memory_bus import MemoryBus, MemoryQuery
 from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.messages.protocol.host import OtherHost, ProcessState, ProcessStatus
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.protocol.host import HostStatus, OtherHost, ProcessState, ProcessStatus, UpdateSpecs
 from regraft.bus_schema.model.adaptation import (
     AdaptationReport,
     ChangeState,
@@ -20,7 +22,7 @@ from regraft.bus_schema.model.adaptation import (
 )
 from regraft.bus_schema.model.hosts.host_state import HostState
 from regraft.bus_schema.model.lifecycle import Transition
-from tests.adaptation.system import System, small_architecture
+from tests.adaptation.system import SYSTEM, System, small_architecture
 from tests.support.waiting import wait_until
 
 NORMAL = [
@@ -29,21 +31,50 @@ NORMAL = [
 ]
 
 
-@pytest.fixture
-def apart(bare_system: System) -> System:
-    """A system whose fragile component is on another host, which is lost."""
+def _place_on_edge(system: System) -> None:
+    """Place the fragile component on another host."""
     small = small_architecture()
     fragile = replace(small.components["fragile"], host="edge")
     components = {**small.components, "fragile": fragile}
-    host = bare_system.host
+    host = system.host
     host.architecture = replace(small, components=components, hosts=("local", "edge"), modes={"normal": NORMAL})
     host.specs["fragile"] = fragile
-    bare_system.running.pop("fragile").kill()
     del host.processes["fragile"]
+
+
+@pytest.fixture
+def apart(bare_system: System) -> System:
+    """A system whose fragile component is on another host, which is lost."""
+    _place_on_edge(bare_system)
+    host = bare_system.host
+    bare_system.running.pop("fragile").kill()
     lost = ProcessStatus("fragile", 1, ProcessState.LOST, exit_reason="its host is lost")
     host.others = (OtherHost("edge", HostState.LOST, (lost,)),)
     bare_system.start_manager(answer_within=0.4)
     return bare_system
+
+
+class Edge:
+    """The host of the fragile component. As it gets the former specs its link is cut, and that is seen at once."""
+
+    def __init__(self, system: System) -> None:
+        self.is_cut = False
+        self._system = system
+        self._process = ProcessStatus("fragile", 1, ProcessState.RUNNING, pid=1)
+        self.is_seen(HostState.JOINED)
+        MemoryBus(system.hub).serve(Keys(SYSTEM).host("edge", "specs"), self._specs)
+
+    def is_seen(self, state: HostState) -> None:
+        """Have the first host report it so."""
+        self._system.host.others = (OtherHost("edge", state, (self._process,)),)
+
+    def _specs(self, query: MemoryQuery) -> None:
+        update = codec.decode(query.payload, UpdateSpecs)
+        if any(spec.parameters.get("level") != 2 for spec in update.specs):
+            self.is_cut = True
+            self.is_seen(HostState.SILENT)
+        if not self.is_cut:
+            query.reply(codec.encode(HostStatus("edge", 0.0, 1, (self._process,), term=update.term or 0)))
 
 
 def _unreached(report: AdaptationReport) -> list[tuple[str, UnreachedCode, str, str]]:
@@ -78,3 +109,16 @@ def test_a_component_without_a_process_is_not_running(system: System) -> None:
 
 def test_where_all_answer_nothing_is_unreached(system: System) -> None:
     assert _unreached(system.adapt(SetParameters("listener", {"gain": 0.9}))) == []
+
+
+def test_a_host_that_falls_silent_under_an_undo_leaves_nothing_stuck_however_short_the_bound(
+    bare_system: System,
+) -> None:
+    _place_on_edge(bare_system)
+    edge = Edge(bare_system)
+    bare_system.start_manager(answer_within=0.4, undo_within=0.05)
+    line = bare_system.adapt(SetParameters("fragile", {"level": 2}), confirm=60.0, wait=False)
+    wait_until(lambda: bare_system.lines(id=line.id).entries[0].outcome is Outcome.CONFIRMING)
+    report = bare_system.cancel(line.id)
+    assert edge.is_cut
+    assert report.outcome is Outcome.CANCELLED, report.error

@@ -197,7 +197,7 @@ def test_a_hung_loop_is_found_and_restarted_and_its_log_says_where_it_hung(syste
         again = system.wait_running("moody", incarnation)
         assert "hung" in again.exit_reason
         lines = system.client.logs("moody")
-        assert any('parts.py", line' in line and line.endswith(f"in {how}") for line in lines)
+        assert any('parts.py", line' in line and line.endswith(f"in {how}") for line in lines), f"{how}: {lines}"
     assert len(system.said("component.hung", "moody")) == 3
 
 
