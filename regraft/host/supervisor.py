@@ -120,7 +120,9 @@ class Supervisor:
         if managed is None:
             return
         managed.ordered = False
-        if "started" in report:
+        if "aborted" in report:
+            self._watching.aborted(managed, time.monotonic())
+        elif "started" in report:
             managed.pid = report["started"]
             if managed.stopping:
                 self._zygote.signal(managed.pid, signal.SIGTERM)

@@ -18,7 +18,8 @@ LOOK_INTERVAL = 0.05
 SAY_WHERE_TIMEOUT = 1.0
 """Seconds that a hung process has to write into its log where it hangs, before it is killed by force.
 
-More on a crowded machine. A process that does so ends by itself, so nobody waits for these seconds.
+More on a crowded machine, and from when the zygote has sent the signal: a zygote that starts others is late. A process
+that does so ends by itself, so nobody waits for these seconds.
 """
 
 
@@ -55,14 +56,19 @@ class ProcessMonitor:
         stalled = set(self._silence.stalled())
         for managed in processes:
             if managed.run in hung:
-                self._end_hung(managed, now)
+                self._end_hung(managed)
             elif managed.run in stalled:
                 name = managed.spec.name
                 text = f"{name} gives no sign of life: it waits for a disk or a device, and cannot be interrupted"
                 self._publisher.event("component.stalled", name, text, incarnation=managed.incarnation)
         self._judge_memory(now, processes, limits)
 
-    def _end_hung(self, managed: ManagedProcess, now: float) -> None:
+    def aborted(self, managed: ManagedProcess, now: float) -> None:
+        """Kill a process by force in a while: it has got the signal by which it writes where it is, and ends."""
+        if managed.kill_at is None:
+            managed.kill_at = now + stretched(SAY_WHERE_TIMEOUT)
+
+    def _end_hung(self, managed: ManagedProcess) -> None:
         name = managed.spec.name
         managed.why_killed = "killed: its loop hung" if managed.seen else "killed: no heartbeat since its start"
         account = self._silence.account(managed.run)
@@ -70,7 +76,6 @@ class ProcessMonitor:
         text = f"{name} gives no sign of life: {managed.why_killed} ({account})"
         self._publisher.event("component.hung", name, text, scheduled=managed.held_until is not None)
         self._zygote.abort(managed.pid)
-        managed.kill_at = now + stretched(SAY_WHERE_TIMEOUT)
 
     def _judge_memory(
         self, now: float, processes: Sequence[ManagedProcess], limits: Callable[[ComponentSpec], Limits]

@@ -63,7 +63,7 @@ class Zygote:
             frames.send(self._line, {"signal": signum, "pid": pid})
 
     def abort(self, pid: int) -> None:
-        """Have a child write where it is and end, unless it has ended; see ``regraft.process.abort``."""
+        """Have a child write where it is and end, unless it has ended; this is reported. See ``process.abort``."""
         with contextlib.suppress(OSError):
             frames.send(self._line, {"abort": pid})
 
@@ -146,6 +146,8 @@ def _obey(order: dict[str, Any], line: socket.socket, alive: dict[int, tuple[str
     if "abort" in order:
         if order["abort"] in alive:
             abort(order["abort"])
+            name, incarnation = alive[order["abort"]]
+            frames.send(line, {"aborted": order["abort"], "name": name, "incarnation": incarnation})
         return
     assignment = order["assignment"]
     name, incarnation = assignment["name"], assignment["incarnation"]

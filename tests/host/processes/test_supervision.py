@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import stat
@@ -11,13 +12,13 @@ from collections.abc import Iterator
 
 import pytest
 
-from regraft import run_directory
+from regraft import CallFailed, run_directory
 from regraft.bus_schema.messages.protocol.control import Snapshot
 from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.process.logs import MAX_LOG_SIZE
 from tests.host.conftest import HEAD, Start
 from tests.host.parts import Tick
-from tests.support.machine.processes import children_of, exists, wait_gone
+from tests.support.machine.processes import children_of, exists, go_on, parent_of, stop, wait_gone
 from tests.support.paths import ROOT
 from tests.support.systems import System, all_ended, home
 from tests.support.waiting import PATIENCE, wait_until
@@ -151,6 +152,28 @@ def test_a_log_stays_bounded_while_its_component_writes(start: Start) -> None:
     assert stat.S_IMODE(kept.stat().st_mode) == 0o600
     before = kept.stat().st_mtime_ns
     wait_until(lambda: kept.stat().st_mtime_ns != before, "it to begin anew again")
+
+
+def test_a_hung_process_may_write_where_it_hangs_however_late_the_signal_to_do_so_comes(start: Start) -> None:
+    system = start(TICKER + MOODY)
+    zygote = parent_of(system.wait_running("moody").pid)
+    system.wait_running("ticker")
+
+    def hangs() -> bool:
+        with contextlib.suppress(CallFailed):
+            system.client.call("hang", Tick(0), Tick, 0.2)
+        return bool(system.said("component.hung", "moody"))
+
+    stop(zygote)
+    try:
+        wait_until(hangs, "it to be found")
+        heard = _count(system)
+        wait_until(lambda: _count(system) > heard + 100, "twice the time that a kill by force is put off")
+    finally:
+        go_on(zygote)
+    system.wait_running("moody", 2)
+    lines = system.client.logs("moody")
+    assert any('parts.py", line' in line and line.endswith("in hang") for line in lines), lines
 
 
 # --- one system for all ---

@@ -22,6 +22,11 @@ def wait_gone(pids: list[int]) -> None:
     wait_until(lambda: not any(exists(pid) for pid in pids), "all processes to end")
 
 
+def parent_of(pid: int) -> int:
+    """Return the process that started another, or adopted it."""
+    return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+
+
 def children_of(pid: int) -> list[int]:
     """Return all descendants of a process."""
     parents: dict[int, int] = {}
