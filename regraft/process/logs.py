@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from pathlib import Path
 
@@ -53,7 +54,8 @@ def begin_anew_if_long(log: Path) -> None:
             os.replace(copy, kept)
             long.truncate(0)
     except OSError:
-        return
+        with contextlib.suppress(OSError):
+            os.unlink(copy)
 
 
 def _private(path: str, flags: int) -> int:
