@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
 
-from regraft.bus.interface import Answer, Bus
+from regraft.bus.interface import Answer, Bus, BusError
 from regraft.bus.zenoh_config import Tls
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
@@ -24,6 +25,7 @@ ANSWER_TIMEOUT = 3.0
 LINK_TIMEOUT = 10.0
 """Seconds that the link between the hubs may take to come up."""
 RETRY_INTERVAL = 0.1
+"""Seconds between two questions: nothing shows when the link between the hubs is up, or a lost name is free."""
 
 Told = TypeVar("Told", JoinedSystem, HostProof)
 
@@ -72,7 +74,8 @@ class FirstHost:
             with self.ending.interrupting():
                 joined = self._asked("join", question, JoinedSystem)
         except KeyboardInterrupt:
-            announce(self.bus, self.keys, lambda: seal.on(RenewLease(wanted.host, wanted.instance, leaving=True)))
+            with contextlib.suppress(BusError):  # without a link it counts as lost, and the interrupt stands
+                announce(self.bus, self.keys, lambda: seal.on(RenewLease(wanted.host, wanted.instance, leaving=True)))
             raise
         return joined, asked_at
 

@@ -1,4 +1,4 @@
-"""Announces to the first host that a host leaves: it would count as lost else."""
+"""Announces to the first host that a host leaves: else it would count as lost."""
 
 from __future__ import annotations
 

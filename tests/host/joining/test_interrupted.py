@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from regraft.bus.interface import Answer, BusError
 from regraft.bus.memory_bus import MemoryBus, MemoryHub
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.keys import Keys
@@ -70,3 +71,25 @@ def test_a_first_host_that_answers_no_goodbye_keeps_nobody(ending: ShutdownReque
     with pytest.raises(KeyboardInterrupt):
         FirstHost(MemoryBus(hub), KEYS, ending).join(WANTED, Seal())
     assert len(stub.goodbyes) == ATTEMPTS
+
+
+class CutBus(MemoryBus):
+    """A bus that nothing gets through once somebody has interrupted."""
+
+    def __init__(self, hub: MemoryHub, ending: ShutdownRequest) -> None:
+        super().__init__(hub)
+        self._ending = ending
+
+    def query(self, key: str, payload: bytes, timeout: float, *, all_of_them: bool = False) -> list[Answer]:
+        """Ask, or raise BusError."""
+        if self._ending.wanted:
+            raise BusError("the link is cut")
+        return super().query(key, payload, timeout, all_of_them=all_of_them)
+
+
+def test_an_interrupt_stays_one_where_the_link_is_gone(ending: ShutdownRequest) -> None:
+    hub = MemoryHub()
+    stub = FirstHostStub(hub, answers_goodbye=0)
+    with pytest.raises(KeyboardInterrupt):
+        FirstHost(CutBus(hub, ending), KEYS, ending).join(WANTED, Seal())
+    assert not stub.goodbyes
