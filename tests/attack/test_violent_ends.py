@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import random
-import signal
 from pathlib import Path
 
 import pytest
@@ -12,7 +10,7 @@ import pytest
 from regraft import run_directory
 from tests.attack.tally import Tally
 from tests.hostile.conftest import HEAD, SINK, SOURCE
-from tests.support.machine.processes import children_of, wait_gone
+from tests.support.machine.processes import children_of, kill, wait_gone
 from tests.support.systems import System
 from tests.support.waiting import wait_until
 
@@ -33,7 +31,7 @@ def test_whoever_is_killed_nothing_stays_and_the_next_system_starts(
             family = [system.process.pid, *children_of(system.process.pid)]
             victims = chance.sample(family, chance.randint(1, len(family)))
             for pid in dict.fromkeys((*victims, system.process.pid)):
-                os.kill(pid, signal.SIGKILL)
+                kill(pid)
             system.process.wait()
             wait_gone(family)
             wait_until(lambda: not run_directory.running(), "what was just being started to end, too")

@@ -22,7 +22,7 @@ from regraft.component.component import class_path
 from regraft.runtime.core.assignment import Assignment
 from regraft.security.system_secret import fresh
 from tests.support.machine.ports import free_endpoint
-from tests.support.machine.processes import exists, wait_gone
+from tests.support.machine.processes import exists, send, wait_gone
 from tests.support.nursery import Nursery
 from tests.support.paths import ROOT
 from tests.support.waiting import PATIENCE, wait_for
@@ -68,7 +68,7 @@ class System:
         for process in self.processes.values():
             process.send_signal(signal.SIGTERM)
         for pid in filter(exists, self._forked):
-            os.kill(pid, signal.SIGTERM)
+            send(pid, signal.SIGTERM)
         for process in self.processes.values():
             try:
                 process.wait(PATIENCE)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -316,7 +314,7 @@ def test_a_message_that_does_not_fit_is_counted_and_does_no_harm(system: System)
 def test_asked_to_end_it_finalizes_and_leaves(system: System) -> None:
     system.bare()
     system.wait_for("active", "bare")
-    os.kill(system.processes["bare"].pid, signal.SIGTERM)
+    system.processes["bare"].terminate()
     assert system.processes["bare"].wait(PATIENCE) == 0
     system.wait_for("finalized", "bare")
     wait_for(lambda: not system.bus.present(system.keys.alive("bare", "*"), 1.0), "its token is gone")

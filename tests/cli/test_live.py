@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
-import signal
 from contextlib import ExitStack
 from pathlib import Path
 
 from tests.cli.live import STACK, System, regraft
 from tests.support.commands import Command, in_home
-from tests.support.machine.processes import wait_gone
+from tests.support.machine.processes import kill, wait_gone
 from tests.support.waiting import wait_until
 
 
@@ -211,7 +209,7 @@ def test_logs_show_what_a_component_wrote(tiny: System) -> None:
 def test_a_killed_component_is_restarted_with_its_parameters(tiny: System) -> None:
     tiny.ask("param", "set", "talker", "rate=30")
     before = tiny.components()["talker"]
-    os.kill(before["pid"], signal.SIGKILL)
+    kill(before["pid"])
     after = tiny.component_after("talker", before["incarnation"])
     assert after["pid"] != before["pid"]
     assert after["restarts"] >= 1

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-import os
-import signal
 from pathlib import Path
 
 from tests.support.commands import in_home, run
+from tests.support.machine.processes import kill
 from tests.support.systems import System, all_ended, home
 from tests.support.waiting import PATIENCE, wait_until
 
@@ -69,7 +68,7 @@ def test_the_pace_of_a_run_counts_the_time_before_its_world_died(tmp_path: Path)
         options = ("--system", "tests", "--speed", "real", "--for", "4", "--json")
         started.append(system := System(tmp_path / "stack.yaml", *options))
         wait_until(lambda: (clock := system.client.clock()) is not None and clock.time >= 2e9, "2 simulated seconds")
-        os.kill(system.wait_running("world").pid, signal.SIGKILL)
+        kill(system.wait_running("world").pid)
         assert system.process.wait(2 * PATIENCE) == 0, system.log.read_text()
     said = (tmp_path / "up.log").read_text()
     closing = json.loads(said[said.index("{") :])

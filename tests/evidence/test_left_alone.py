@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-import signal
 import time
 from pathlib import Path
 
@@ -14,6 +12,7 @@ from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.messages.sensors import Odometry
 from tests.frog.conftest import StartFrog
 from tests.support.frog import speed_of
+from tests.support.machine.processes import kill
 from tests.support.paths import FROG
 from tests.support.waiting import wait_until
 
@@ -33,7 +32,7 @@ def test_frog_stops_within_a_second_of_its_executors_death(start_frog: StartFrog
     odometry = frog.listen("odometry", Odometry)
     wait_until(lambda: odometry and speed_of(odometry[-1].twist) > 0.2, "the robot to drive", 60.0)
     frog.wait_for_time_after(frog.clock().time, 0.3 * attempt)
-    os.kill(frog.wait_running("bt_executor").pid, signal.SIGKILL)
+    kill(frog.wait_running("bt_executor").pid)
     died, stamp = time.monotonic(), odometry[-1].stamp
     wait_until(lambda: speed_of(odometry[-1].twist) < STANDING, "the robot to stand", 20.0)
     print(f"{time.monotonic() - died:.2f} s from death to standstill, {odometry[-1].stamp - stamp:.2f} simulated")

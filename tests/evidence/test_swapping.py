@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,7 +14,7 @@ from tests.handover.parts import Ask, Asked, Item
 from tests.host.adapting.test_swap import HEAD, NOTHING, STACK, adapt, faults, hears_on
 from tests.host.moves.moving import Moving
 from tests.host.several import Site
-from tests.support.machine.processes import children_of, exists
+from tests.support.machine.processes import children_of, exists, kill
 from tests.support.systems import System
 from tests.support.waiting import PATIENCE, wait_until
 
@@ -112,5 +110,5 @@ def _asked_through_a_death(system: System, number: int, cls: str) -> AdaptationR
     if number % FAULTS_INTERVAL == 0:
         pending = adapt(system, Swap("totaller", cls), key=f"swap {number}", wait=False)
         assert pending.outcome is Outcome.PENDING
-        os.kill(system.processes()["adaptation_manager"].pid, signal.SIGKILL)
+        kill(system.wait_running("adaptation_manager").pid)
     return adapt(system, Swap("totaller", cls), key=f"swap {number}")

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import os
-import signal
 import threading
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -20,6 +19,7 @@ from regraft.adaptation_manager.execution.perform import perform
 from regraft.adaptation_manager.manager import AdaptationManager
 from regraft.adaptation_manager.targets.context import ExecutionContext
 from tests.failures.parts import LATE
+from tests.support.machine.processes import go_on, kill, stop
 
 SOON = 0.002
 PLAN = "fault.json"
@@ -130,11 +130,11 @@ def _hit(pid: int, how: str) -> None:
         return
     try:
         if how == "die":
-            os.kill(pid, signal.SIGKILL)
+            kill(pid)
             return
-        os.kill(pid, signal.SIGSTOP)
+        stop(pid)
         if how == "late":
-            threading.Timer(LATE, os.kill, (pid, signal.SIGCONT)).start()
+            threading.Timer(LATE, go_on, (pid,)).start()
     except ProcessLookupError:
         pass
 

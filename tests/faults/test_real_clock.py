@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -22,6 +20,7 @@ from regraft.client import Client
 from tests.faults.parts import Sample
 from tests.faults.stacks import UNDER_THE_REAL_CLOCK, write
 from tests.support.commands import run
+from tests.support.machine.processes import kill
 from tests.support.systems import System, all_ended, home
 from tests.support.waiting import PATIENCE, wait_until
 
@@ -105,7 +104,7 @@ def test_the_journal_keeps_its_lines_when_the_manager_is_killed(system: System) 
         return [fault.kind for fault in page.faults]
 
     wait_until(lambda: len(kinds()) == 2, "two lines")
-    os.kill(system.wait_running("adaptation_manager").pid, signal.SIGKILL)
+    kill(system.wait_running("adaptation_manager").pid)
     system.wait_running("adaptation_manager", 2)
     wait_until(lambda: kinds()[-2:] == [SystemFaultKind.RECOVERED, SystemFaultKind.DIED], "the same lines again")
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 import subprocess
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -22,6 +20,7 @@ from tests.support.commands import run
 from tests.support.frog import Frog, speed_of
 from tests.support.hosts import JoinedHost
 from tests.support.machine.ports import free_port
+from tests.support.machine.processes import kill
 from tests.support.paths import FROG
 from tests.support.systems import home
 from tests.support.waiting import PATIENCE, wait_until
@@ -238,7 +237,7 @@ def test_a_slower_speed_holds_within_a_second_and_outlives_a_crash(frog: Frog) -
     _drives_slowly(frog, odometry, since=answer.json()["tick"] * TICK + 1.0)
 
     before = frog.wait_running("navigator")
-    os.kill(before.pid, signal.SIGKILL)
+    kill(before.pid)
     frog.wait_running("navigator", before.incarnation + 1)
     wait_until(lambda: frog.client.view("navigator").parameters["max_velocity"] == 0.10)
     back_from = frog.clock().time / 1e9

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 import os
-import signal
 from collections.abc import Iterator
 
 import pytest
@@ -15,7 +14,7 @@ from regraft.bus_schema.messages.protocol.clock import ClockTime
 from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.messages.sensors import Odometry
 from tests.support.frog import Frog, speed_of
-from tests.support.machine.processes import children_of, wait_gone
+from tests.support.machine.processes import children_of, kill, stop, wait_gone
 from tests.support.systems import home
 from tests.support.waiting import wait_until
 
@@ -47,7 +46,7 @@ def _drives(frog: Frog) -> None:
 def test_a_stopped_component_is_found_and_the_run_is_marked(frog: Frog) -> None:
     _drives(frog)
     assert frog.clock().reproducible
-    os.kill(frog.wait_running("detector").pid, signal.SIGSTOP)
+    stop(frog.wait_running("detector").pid)
     assert "hung" in frog.wait_running("detector", 2).exit_reason
     wait_until(lambda: not frog.clock().reproducible)
     assert frog.clock().dropped == ("detector",)
@@ -65,7 +64,7 @@ def test_every_component_may_be_killed_in_turn_and_the_mission_goes_on(frog: Fro
         before = frog.wait_running(name)
         told = frog.clock().time
         restarts = len(frog.said("component.restarted", name))
-        os.kill(before.pid, signal.SIGKILL)
+        kill(before.pid)
         after = frog.wait_running(name, before.incarnation + 1)
         assert after.pid != before.pid
         assert len(frog.said("component.restarted", name)) == restarts + 1
@@ -82,7 +81,7 @@ def test_time_never_goes_back_when_the_world_dies(frog: Frog) -> None:
     for _ in range(3):
         frog.wait_for_time(3.0)
         before = frog.wait_running("world")
-        os.kill(before.pid, signal.SIGKILL)
+        kill(before.pid)
         frog.wait_running("world", before.incarnation + 1)
         times.append(frog.clock())
     frog.wait_for_time(5.0)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 from typing import Any
 
 import pytest
@@ -11,6 +9,7 @@ import pytest
 from regraft.bus_schema.messages.quality import Quality
 from tests.frog.conftest import StartFrog
 from tests.support.frog import Frog
+from tests.support.machine.processes import kill
 from tests.support.paths import FROG
 from tests.support.waiting import wait_until
 
@@ -34,9 +33,9 @@ def adaptations(frog: Frog, by: str) -> list[dict[str, Any]]:
     return [line for line in lines if line["outcome"] == "applied" and by in line["request"]["actor"]]
 
 
-def kill(frog: Frog, name: str) -> None:
+def kill_running(frog: Frog, name: str) -> None:
     """Kill a component and wait until it is back."""
-    os.kill(frog.wait_running(name).pid, signal.SIGKILL)
+    kill(frog.wait_running(name).pid)
     frog.wait_running(name, 2)
     wait_until(lambda: frog.states() == {"active"}, f"everybody active after the death of {name}")
 
@@ -53,7 +52,7 @@ def test_requirements_are_told_and_adapted_for_and_a_dead_reflection_stops_nothi
     assert "AdjustMaxVelocity" in context["node"]
     assert {"MoveSafely", "MovePowerEfficiently"} <= set(context["qualities"])
 
-    kill(frog, "system_reflection")
+    kill_running(frog, "system_reflection")
     since = frog.clock().time
     frog.wait_for_time_after(since, 5.0)
     assert mission(frog)["state"] == "running"
@@ -65,7 +64,7 @@ def test_a_strategy_adapts_the_speed_and_the_rounds_go_on_when_its_planner_dies(
     external = FROG / "missions" / "rounds_external.xml"
     frog = start_frog("--speed", "max", "--set", f"bt_executor.mission={external}", stack=ROUNDS)
     wait_until(lambda: adaptations(frog, "bandits"), "the strategy to choose", 60.0)
-    kill(frog, "bandits")
+    kill_running(frog, "bandits")
     before = frog.clock().time / 1e9
     frog.wait_for_time(5.0)
     assert mission(frog)["state"] == "running"

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
-import signal
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -26,6 +24,7 @@ from tests.handover import parts
 from tests.handover.parts import Ask, Asked, Item, Report
 from tests.support.buses import Buses
 from tests.support.machine.ports import free_endpoint
+from tests.support.machine.processes import kill, send, stop
 from tests.support.machine.threads import ComponentThread
 from tests.support.nursery import Nursery
 from tests.support.waiting import PATIENCE, wait_until
@@ -310,12 +309,12 @@ class Processes(Site):
     def kill(self, name: str, incarnation: int) -> None:
         """Kill it, and wait until it is gone."""
         with contextlib.suppress(ProcessLookupError):
-            os.kill(self.pids[name, incarnation], signal.SIGKILL)
+            kill(self.pids[name, incarnation])
         wait_until(lambda: self.gone(name, incarnation), f"{name} {incarnation} is gone")
 
     def hang(self, name: str, incarnation: int) -> None:
         """Have it stand still, as it is."""
-        os.kill(self.pids[name, incarnation], signal.SIGSTOP)
+        stop(self.pids[name, incarnation])
 
     def renamed(self, name: str, incarnation: int, anew: int) -> None:
         """Know a run by another incarnation too."""
@@ -324,7 +323,7 @@ class Processes(Site):
     def gone(self, name: str, incarnation: int) -> bool:
         """Tell whether its process has ended."""
         try:
-            os.kill(self.pids[name, incarnation], 0)
+            send(self.pids[name, incarnation], 0)
         except ProcessLookupError:
             return True
         return False

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
-import signal
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +16,7 @@ from regraft.bus_schema.messages.evaluation import RunSummary, RunSummaryRequest
 from regraft.bus_schema.messages.management.system import SystemFaults, SystemStates
 from regraft.bus_schema.model.adaptation import AdaptationReport, EnterMode
 from regraft.lockstep.source import TimeSource
+from tests.support.machine.processes import kill
 
 FAILS_AFTER = 1.0
 RECOVERS_AFTER = 1.5
@@ -69,7 +68,7 @@ class Killer(Component):
         wanted, _, pid = file.read_text().rpartition(" ")
         if wanted == step:
             file.unlink()
-            os.kill(int(pid), signal.SIGKILL)
+            kill(int(pid))
 
     def on_configure(self) -> None:
         self.at(f"{self.kit.name} configure")

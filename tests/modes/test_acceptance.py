@@ -89,7 +89,7 @@ def test_it_degrades_and_returns_under_the_real_clock(system: System) -> None:
 
 
 def _wait_for_another(system: System, victim: str, pid: int) -> None:
-    system.wait_for(victim, lambda p: p.state is ProcessState.RUNNING and p.pid not in (None, pid), "running again")
+    system.wait_for(victim, lambda p: p.state is ProcessState.RUNNING and p.pid not in (0, pid), "running again")
 
 
 VICTIMS = ("adaptation_manager", "mode_planner", "laser")
@@ -99,7 +99,7 @@ VICTIMS = ("adaptation_manager", "mode_planner", "laser")
 def test_whoever_is_killed_at_whichever_step_there_is_never_half_a_mode(system: System, victim: str) -> None:
     kills = run_directory.folder("tests") / "kills"
     for step in ("driver set", "lamp activate", "laser configure", "laser activate", "lamp deactivate"):
-        pid = system.wait_running(victim).pid or 0
+        pid = system.wait_running(victim).pid
         kills.write_text(f"{step} {pid}")
         wait_until(lambda: not kills.exists(), f"{step}, at which {victim} is killed")
         _wait_for_another(system, victim, pid)

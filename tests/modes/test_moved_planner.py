@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 from collections.abc import Iterator
 
 import pytest
@@ -20,6 +18,7 @@ from regraft.bus_schema.model.adaptation import (
 from regraft.bus_schema.model.lifecycle import Transition
 from tests.modes.stacks import REAL, write
 from tests.support.hosts import JoinedHost
+from tests.support.machine.processes import kill
 from tests.support.systems import System, home
 from tests.support.waiting import PATIENCE, wait_until
 
@@ -99,6 +98,6 @@ def test_the_end_of_a_failure_that_it_misses_while_it_is_inactive_it_sees_on_its
 def test_rules_continue_after_its_death(system: System, rule: str) -> None:
     process = system.wait_running(PLANNER)
     _wait_for_next(system, rule)
-    os.kill(process.pid, signal.SIGKILL)
+    kill(process.pid)
     system.wait_running(PLANNER, process.incarnation + 1)
     _continue(system)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-import signal
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -18,6 +16,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
 from regraft.bus_schema.messages.protocol.control import Snapshot
 from tests.cli.app import whole
+from tests.support.machine.processes import kill
 from tests.support.systems import System, home
 from tests.support.waiting import wait_until
 
@@ -69,7 +68,7 @@ def test_what_was_learned_and_the_tickets_outlive_a_killed_planner(system: Syste
     before = len(checkpoints)
     wait_until(lambda: len(checkpoints) > before + 1, "a checkpoint")
     bus.close()
-    os.kill(process.pid, signal.SIGKILL)
+    kill(process.pid)
     system.wait_running("bandits", process.incarnation + 1)
     proposal = propose(system, **credit)
     assert proposal.choice["credit"]["credited"], proposal.choice

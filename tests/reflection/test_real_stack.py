@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 from typing import Any
 
 from regraft.bus_schema.annotations import PlainValue
@@ -17,6 +15,7 @@ from regraft.bus_schema.model.adaptation import (
     Outcome,
     SetParameters,
 )
+from tests.support.machine.processes import kill
 from tests.support.systems import System
 from tests.support.waiting import wait_until
 
@@ -37,9 +36,9 @@ def adapt(system: System, *changes: Change) -> AdaptationReport:
     return system.client.call("adaptation_manager/adapt", request, AdaptationReport, 20.0)
 
 
-def kill(system: System, name: str) -> None:
+def kill_running(system: System, name: str) -> None:
     """Kill a component's process."""
-    os.kill(system.wait_running(name).pid, signal.SIGKILL)
+    kill(system.wait_running(name).pid)
 
 
 def test_an_entry_is_rewired_like_any_input_and_only_to_what_it_can_read(system: System) -> None:
@@ -59,7 +58,7 @@ def test_an_entry_is_rewired_like_any_input_and_only_to_what_it_can_read(system:
     refused = adapt(system, SetParameters("system_reflection", {"mapping": []}))
     assert [violation.problem for violation in refused.violations] == ["is read-only, set when the component starts"]
 
-    kill(system, "system_reflection")
+    kill_running(system, "system_reflection")
     system.wait_running("system_reflection", 2)
     wait_until(lambda: system.client.view("system_reflection").connections.get("speed") == "other_odometry")
     report = adapt(system, Connect("system_reflection", "speed", "odometry"))
@@ -71,13 +70,13 @@ def test_a_dead_source_is_seen_as_stale_and_its_last_value_survives_restarts(sys
     reflected: list[ReflectedEntries] = []
     system.client.topic("reflection", ReflectedEntries, lambda sample: reflected.append(sample.message))
     wait_for_entry(system, "charge_stale", False)
-    kill(system, "battery")
+    kill_running(system, "battery")
     wait_for_entry(system, "charge_stale", True)
     last = board(system)
     assert float(last["charge_age"]) >= 0.5
     assert last["charge"] == next(e.value for e in reflected[-1].entries if e.key == "charge")
 
-    kill(system, "system_reflection")
+    kill_running(system, "system_reflection")
     system.wait_running("system_reflection", 2)
     wait_until(lambda: reflected[-1].entries[1].stamp is None, "a reflection that has not heard the battery")
     assert board(system)["charge"] == last["charge"]
@@ -87,7 +86,7 @@ def test_a_dead_source_is_seen_as_stale_and_its_last_value_survives_restarts(sys
     checkpoints = last["charge_age"] + 1.0
     wait_until(lambda: float(board(system)["charge_age"]) > checkpoints, "a checkpoint to be taken")
     before = board(system)
-    kill(system, "bt_executor")
+    kill_running(system, "bt_executor")
     system.wait_running("bt_executor", 2)
     wait_until(lambda: "charge_age" in board(system), "the mission to be back")
     assert board(system)["charge"] == last["charge"]

@@ -24,6 +24,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from tests.support.machine.processes import send
 from tests.support.paths import ROOT
 
 PR_SET_CHILD_SUBREAPER = 36
@@ -61,7 +62,7 @@ class Process:
     def send_signal(self, signum: signal.Signals) -> None:
         """Send a signal, unless it has ended."""
         if self.poll() is None:
-            os.kill(self.pid, signum)
+            send(self.pid, signum)
 
     def terminate(self) -> None:
         """Send SIGTERM, unless it has ended."""

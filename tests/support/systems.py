@@ -15,7 +15,7 @@ from regraft.bus_schema.messages.health import Event
 from regraft.bus_schema.messages.protocol.host import ProcessState, ProcessStatus
 from regraft.client import Client
 from tests.support.commands import Command
-from tests.support.waiting import PATIENCE, wait_until
+from tests.support.waiting import PATIENCE, wait_for, wait_until
 
 ATTEMPTS = 5
 
@@ -48,14 +48,13 @@ class System(Command):
         return {process.component: process for process in status.processes} if status else {}
 
     def wait_for(self, name: str, right: Callable[[ProcessStatus], Any], what: str) -> ProcessStatus:
-        """Wait until a component's process is as wanted."""
+        """Wait until a component's process is as wanted, and return it as it was then."""
 
-        def holds() -> bool:
+        def found() -> ProcessStatus | None:
             process = self.processes().get(name)
-            return process is not None and bool(right(process))
+            return process if process is not None and right(process) else None
 
-        wait_until(holds, f"{name}: {what}")
-        return self.processes()[name]
+        return wait_for(found, f"{name}: {what}")
 
     def wait_running(self, name: str, incarnation: int = 1) -> ProcessStatus:
         """Wait until a run of a component is up."""

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import signal
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -18,6 +16,7 @@ from regraft.bus_schema.messages.mission import MissionStatus
 from regraft.bus_schema.messages.world import GroundTruth
 from tests.frog.conftest import StartFrog
 from tests.support.frog import Frog
+from tests.support.machine.processes import kill
 from tests.support.paths import TWO_ROBOTS
 from tests.support.waiting import PATIENCE
 
@@ -53,7 +52,7 @@ class Told:
 def broken_swapped_and_rewired(frog: Frog) -> None:
     """Kill the rescuer's battery, rewire it to the other robot and back, and swap it."""
     killed = frog.wait_running("rescuer.battery")
-    os.kill(killed.pid, signal.SIGKILL)
+    kill(killed.pid)
     frog.wait_running("rescuer.battery", killed.incarnation + 1)
     for topic in ("scout/odometry", "rescuer/odometry"):
         rewired = {"change": "connect", "component": "rescuer.battery", "port": "odometry", "topic": topic}

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +16,7 @@ from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequ
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
 from regraft.bus_schema.model.lifecycle import State
 from tests.host.conftest import HEAD, Start
-from tests.support.machine.processes import children_of, exists
+from tests.support.machine.processes import children_of, exists, kill
 from tests.support.systems import System, all_ended, home
 from tests.support.waiting import PATIENCE, wait_until
 
@@ -109,7 +107,7 @@ def test_a_component_comes_and_goes_and_comes_back(running: System) -> None:
     process = running.wait_running("second")
     view = running.client.view("second")
     assert (view.state, view.parameters["step"], view.connections) == (State.ACTIVE, 2, {"ticks": "more"})
-    os.kill(process.pid, signal.SIGKILL)
+    kill(process.pid)
     again = running.wait_running("second", 2)
     assert running.client.view("second").state is State.ACTIVE, "its host restarts it as any other"
 
@@ -180,7 +178,7 @@ def test_a_program_is_added_and_removed(running: System) -> None:
     report = _adapt(running, Add("notes", spec))
     assert report.outcome is Outcome.APPLIED, report
     process = running.wait_running("notes")
-    os.kill(process.pid, signal.SIGKILL)
+    kill(process.pid)
     again = running.wait_running("notes", 2)
     assert _adapt(running, Remove("notes")).outcome is Outcome.APPLIED
     assert not exists(again.pid)
@@ -228,7 +226,7 @@ def test_the_manager_killed_while_it_adds_leaves_no_process_behind(running: Syst
     spec = ComponentSpec(cls="tests.host.parts:Sleeper", parameters={"where": "configure", "seconds": 0.25})
     pending = _adapt(running, Add("sleeper", spec), Remove("ticker"), wait=False)
     wait_until(lambda: "sleeper" in _names(running) and running.processes()["sleeper"].pid)
-    os.kill(before.pid, signal.SIGKILL)
+    kill(before.pid)
     running.wait_running("adaptation_manager", before.incarnation + 1)
 
     def line() -> AdaptationReport:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 from collections.abc import Iterator
 from typing import Any
 
@@ -23,6 +21,7 @@ from regraft.bus_schema.model.watched import BreachCode, Condition
 from tests.adaptation.watching.gauging import POINTS
 from tests.host.conftest import HEAD
 from tests.host.processes.killing import TOPICS
+from tests.support.machine.processes import kill
 from tests.support.systems import System, all_ended, home
 from tests.support.waiting import PATIENCE, wait_until
 
@@ -63,7 +62,7 @@ def _dies_at(system: System, point: str) -> None:
     (folder / "died").unlink(missing_ok=True)
     (folder / "told").write_text(point)
     run = system.wait_running(MANAGER)
-    os.kill(run.pid, signal.SIGKILL)
+    kill(run.pid)
     system.wait_running(MANAGER, run.incarnation + 1)
     wait_until(lambda: not (folder / "told").exists(), "the manager to know")
 

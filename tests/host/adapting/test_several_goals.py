@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import signal
 from dataclasses import dataclass, field
 
 import pytest
@@ -18,6 +16,7 @@ from tests.host.adapting.test_swap import adapt
 from tests.host.conftest import Start
 from tests.host.processes.counting import HERE, Number
 from tests.support.commands import run
+from tests.support.machine.processes import kill
 from tests.support.systems import System
 from tests.support.waiting import PATIENCE, wait_until
 
@@ -95,7 +94,7 @@ def test_a_manager_that_is_killed_while_it_swaps_harms_no_goal(counting: System)
     for n in range(3):
         manager = counting.processes()["adaptation_manager"]
         adapt(counting, Swap("counter", f"{HERE}:{('OtherCounter', 'Counter')[n % 2]}"), wait=False)
-        os.kill(manager.pid, signal.SIGKILL)
+        kill(manager.pid)
         counting.wait_running("adaptation_manager", manager.incarnation + 1)
         for goal in goals:
             goal.goes_on()
@@ -120,7 +119,7 @@ def test_each_client_hears_that_the_process_died_and_there_is_room_again(countin
     for goal in goals:
         goal.goes_on()
     before = counting.processes()["counter"]
-    os.kill(before.pid, signal.SIGKILL)
+    kill(before.pid)
     counting.wait_for("counter", lambda p: p.state is ProcessState.RUNNING and p.pid != before.pid, "restarted")
     for goal in goals:
         with pytest.raises(CallFailed, match="the component was restarted") as ended:

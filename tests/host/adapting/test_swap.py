@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 from collections.abc import Iterator
 from typing import Any
 
@@ -23,7 +21,7 @@ from regraft.bus_schema.model.adaptation import (
 from regraft.bus_schema.model.lifecycle import Transition
 from tests.handover.parts import Ask, Item, Report
 from tests.host.conftest import Start
-from tests.support.machine.processes import children_of, exists
+from tests.support.machine.processes import children_of, exists, kill
 from tests.support.systems import System, all_ended, home
 from tests.support.waiting import PATIENCE, wait_until
 
@@ -181,7 +179,7 @@ def test_a_later_failure_gives_the_living_state_back_to_the_process_of_before(ow
     after = own.processes()["totaller"]
     hears_on(own, 20)
     assert faults(own) == NOTHING
-    os.kill(after.pid, signal.SIGKILL)
+    kill(after.pid)
     assert own.wait_running("totaller", after.incarnation + 1).restarts == 1
     assert adapt(own, broken).outcome is Outcome.ROLLED_BACK
 
@@ -211,7 +209,7 @@ def test_an_incumbent_killed_while_its_successor_gets_ready_costs_its_state_and_
     pending = adapt(own, slow, wait=False)
     wait_until(lambda: "gets ready" in own.client.logs("totaller"))
     before = own.processes()["totaller"]
-    os.kill(before.pid, signal.SIGKILL)
+    kill(before.pid)
     ended = line_of(own, pending)
     assert ended.outcome is Outcome.APPLIED_STATE_LOST, ended
     hears_on(own, 20)
@@ -229,7 +227,7 @@ def test_two_that_feed_each_other_both_go_back_when_the_manager_is_killed_betwee
     before = system.processes()
     pending = adapt(system, DOUBLER, Swap("sink", "tests.host.parts:SlowSink"), wait=False)
     wait_until(lambda: any("takes its time" in line for line in system.client.logs("sink")))
-    os.kill(before["adaptation_manager"].pid, signal.SIGKILL)
+    kill(before["adaptation_manager"].pid)
     assert line_of(system, pending).outcome is Outcome.ROLLED_BACK
     speaks_again(system, before["totaller"])
     speaks_again(system, before["sink"])
@@ -300,7 +298,7 @@ def test_a_manager_killed_in_the_middle_undoes_the_swap_on_its_return(running: S
     wait_until(lambda: len(beside(running)) == 1 and beside(running)[0].pid)
     if cls == "SlowTaking":
         wait_until(lambda: any("takes its time" in line for line in running.client.logs("totaller")))
-    os.kill(before["adaptation_manager"].pid, signal.SIGKILL)
+    kill(before["adaptation_manager"].pid)
     running.wait_running("adaptation_manager", before["adaptation_manager"].incarnation + 1)
     assert line_of(running, pending).outcome is Outcome.ROLLED_BACK
     speaks_again(running, before["totaller"])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import socket
 import ssl
 import threading
@@ -24,7 +23,7 @@ from tests.host.joining.strangers import Strangers, hello
 from tests.host.several import TICKER, WAIT, Site
 from tests.support.hosts import wait_state
 from tests.support.machine.ports import free_endpoint, free_port
-from tests.support.machine.processes import children_of, exists
+from tests.support.machine.processes import children_of, exists, kill
 from tests.support.waiting import PATIENCE, wait_for, wait_until
 
 pytestmark = pytest.mark.slow
@@ -119,7 +118,7 @@ def test_hosts_come_back_when_the_gate_was_killed(site: Site, lab: Path) -> None
     site.join("edge", f"tls/127.0.0.1:{port}", "--tls", str(lab))
     incarnation = site.wait_active("ticker")
     first = _gate_of(system.process.pid)
-    os.kill(first, signal.SIGKILL)
+    kill(first)
     wait_until(lambda: system.said("host.silent", "edge"), "its link to be lost")
     wait_state(system, "edge", HostState.JOINED)
     assert _gate_of(system.process.pid) != first

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -27,7 +26,7 @@ from regraft.bus_schema.model.hosts.host_state import HostState
 from tests.host.several import MOVE, TICKER, WAIT, Site
 from tests.support.hosts import JoinedHost, state_of, wait_state
 from tests.support.links import Link
-from tests.support.machine.processes import children_of, exists, go_on, stop, wait_gone
+from tests.support.machine.processes import children_of, exists, go_on, kill, stop, wait_gone
 from tests.support.waiting import PATIENCE, wait_until
 
 pytestmark = pytest.mark.slow
@@ -68,7 +67,7 @@ def test_components_of_a_lost_host_start_elsewhere_if_the_stack_says_so(site: Si
     assert line.outcome is Outcome.APPLIED_STATE_LOST
     assert line.request.changes == (Move("ticker", "local"),)
 
-    os.kill(site.pid("ticker"), signal.SIGKILL)
+    kill(site.pid("ticker"))
     site.wait_active("ticker", first + 1001)
     site.join()
     wait_until(lambda: state_of(system, "edge") is HostState.JOINED, "edge to be back")
@@ -79,7 +78,7 @@ def test_a_host_that_fails_does_not_leave_in_good_order(site: Site) -> None:
     system = site.up(hosts=MOVE)
     guest = site.join()
     first = site.wait_active("ticker")
-    os.kill(children_of(guest.process.pid)[0], signal.SIGKILL)
+    kill(children_of(guest.process.pid)[0])
     site.wait_active("ticker", first)
     assert site.host_of("ticker") == "local"
     assert system.said("host.lost", "edge")

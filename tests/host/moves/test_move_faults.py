@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 from pathlib import Path
 
 import pytest
@@ -15,7 +14,7 @@ from tests.host.adapting.test_swap import faults
 from tests.host.moves.moving import HOME, TO_EDGE, Moving
 from tests.host.several import Site
 from tests.support.hosts import wait_state
-from tests.support.machine.processes import children_of, exists, wait_gone
+from tests.support.machine.processes import children_of, exists, kill, wait_gone
 from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.evidence
@@ -69,7 +68,7 @@ def test_a_later_failure_gives_the_living_state_back_to_the_process_of_before(si
     assert moving.adapt(TO_EDGE).outcome is Outcome.APPLIED
     there = moving.wait_alone("edge")
     moving.check()
-    os.kill(there.pid, signal.SIGKILL)
+    kill(there.pid)
     again = site.wait_active("totaller", there.incarnation)
     assert again == there.incarnation + 1
     assert site.host_of("totaller") == "edge"
@@ -95,7 +94,7 @@ def test_an_incumbent_killed_while_its_successor_gets_ready_costs_its_state_and_
     before = moving.wait_alone("local")
     pending = moving.adapt(TO_EDGE, wait=False)
     _wait_log("edge", "gets ready")
-    os.kill(before.pid, signal.SIGKILL)
+    kill(before.pid)
     assert moving.ended(pending).outcome is Outcome.APPLIED_STATE_LOST
     moving.wait_alone("edge")
     moving.hears_on()
@@ -169,7 +168,7 @@ def test_a_manager_killed_in_the_middle_undoes_the_move_on_its_return(site: Site
     moving = _begin(site, f"{HERE}:{CLASSES[when]}")
     before = moving.wait_alone("local")
     pending = _pending(moving, when)
-    os.kill(moving.system.processes()["adaptation_manager"].pid, signal.SIGKILL)
+    kill(moving.system.wait_running("adaptation_manager").pid)
     assert moving.ended(pending).outcome is Outcome.ROLLED_BACK
     _as_before(moving, before.pid)
     assert moving.adapt(TO_EDGE).outcome is Outcome.APPLIED

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import random
-import signal
 import threading
 from collections import Counter
 from dataclasses import dataclass, field
@@ -27,6 +25,7 @@ from regraft.bus_schema.model.adaptation import (
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.client import ClientError
+from tests.support.machine.processes import kill
 from tests.support.systems import System
 from tests.support.waiting import PATIENCE, wait_until
 
@@ -178,7 +177,7 @@ def adapt_through_kills(system: System, kills: int, seed: int, awake: tuple[floa
     for incarnation in range(1, kills + 1):
         pid = system.wait_running(MANAGER, incarnation).pid
         pause.wait(rng.uniform(*awake))
-        os.kill(pid, signal.SIGKILL)
+        kill(pid)
     system.wait_running(MANAGER, kills + 1)
     count = len(stream.applied)
     wait_until(lambda: len(stream.applied) > count + 1 or stream.problems, "the stream to go on")

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import signal
 from pathlib import Path
 
 from regraft import run_directory
@@ -16,6 +14,7 @@ from regraft.bus_schema.messages.protocol.control import Snapshot
 from regraft.runtime.core.clock import RealClock
 from regraft.runtime.data.writers import Identity, Writers
 from tests.host.conftest import Start
+from tests.support.machine.processes import kill
 from tests.support.systems import System
 from tests.support.waiting import wait_until
 
@@ -45,7 +44,8 @@ def _kill_once_it_is_kept(system: System, snapshot: Snapshot) -> None:
         assert bus.query(keys.host("local", "runs"), b"", 2.0)
     finally:
         bus.close()
-    os.kill(system.processes()["beeper"].pid or 0, signal.SIGKILL)
+    run = system.wait_for("beeper", lambda p: p.pid and p.incarnation == snapshot.incarnation, "a process")
+    kill(run.pid)
 
 
 def test_a_program_finds_its_last_checkpoint_beside_its_log_and_no_earlier_one_is_left(start: Start) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 import threading
 from collections.abc import Iterator
 
@@ -12,6 +10,7 @@ import pytest
 from tests.handover.parts import Ask, Item
 from tests.host.moves.moving import Moving
 from tests.host.several import Site
+from tests.support.machine.processes import go_on, stop
 from tests.support.systems import home
 from tests.support.waiting import PATIENCE, wait_until
 
@@ -24,11 +23,11 @@ FROZEN_FOR = 0.2
 
 def freeze(pid: int) -> None:
     """Keep a process from running for a while."""
-    os.kill(pid, signal.SIGSTOP)
+    stop(pid)
     try:
         threading.Event().wait(FROZEN_FOR)
     finally:
-        os.kill(pid, signal.SIGCONT)
+        go_on(pid)
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import signal
 import stat
 import subprocess
 import sys
@@ -18,7 +17,7 @@ from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.process.logs import MAX_LOG_SIZE
 from tests.host.conftest import HEAD, Start
 from tests.host.parts import Tick
-from tests.support.machine.processes import children_of, exists, go_on, parent_of, stop, wait_gone
+from tests.support.machine.processes import children_of, exists, go_on, kill, parent_of, stop, wait_gone
 from tests.support.paths import ROOT
 from tests.support.systems import System, all_ended, home
 from tests.support.waiting import PATIENCE, wait_until
@@ -86,7 +85,7 @@ def test_nothing_is_left_when_the_system_ends(start: Start) -> None:
 def test_nothing_is_left_when_the_host_is_killed(start: Start) -> None:
     system = start(TICKER + MOODY)
     pids = children_of(system.process.pid)
-    os.kill(system.wait_running("moody").pid, signal.SIGSTOP)
+    stop(system.wait_running("moody").pid)
     pids = children_of(system.process.pid)
     system.process.kill()
     wait_gone(pids)
@@ -97,7 +96,7 @@ def test_a_system_whose_zygote_is_killed_ends_with_an_error_and_leaves_nothing(s
     system.wait_running("ticker")
     pids = children_of(system.process.pid)
     zygote = next(pid for pid in pids if len(children_of(pid)) == len(pids) - 1)
-    os.kill(zygote, signal.SIGKILL)
+    kill(zygote)
     assert system.process.wait(PATIENCE) != 0
     wait_gone(pids)
 
@@ -118,12 +117,12 @@ def test_what_a_program_has_daemonised_ends_too(start: Start, ends: str) -> None
     (zygote,) = [pid for pid in children_of(system.process.pid) if nest in children_of(pid)]
     assert exists(daemon)
     if ends == "the program":
-        os.kill(nest, signal.SIGKILL)
+        kill(nest)
     elif ends == "the system":
         assert system.end() == 0
         assert not exists(daemon)
     else:
-        os.kill(system.process.pid if ends == "the host" else zygote, signal.SIGKILL)
+        kill(system.process.pid if ends == "the host" else zygote)
     wait_gone([daemon, nest])
 
 
@@ -187,7 +186,7 @@ def test_a_killed_component_comes_back_with_its_state_and_it_is_said(system: Sys
     pid = system.wait_running("ticker").pid
     wait_until(lambda: _count(system) > 20)
     before = _count(system)
-    os.kill(pid, signal.SIGKILL)
+    kill(pid)
     again = system.wait_running("ticker", 2)
     assert again.pid != pid
     assert again.exit_reason == "killed by SIGKILL"
@@ -274,7 +273,7 @@ def test_any_program_can_be_a_component(system: System) -> None:
     process = system.wait_running("beeper")
     assert not process.managed
     wait_until(lambda: any('"name": "beeper"' in line for line in system.client.logs("beeper")))
-    os.kill(process.pid, signal.SIGKILL)
+    kill(process.pid)
     system.wait_running("beeper", 2)
 
 
@@ -287,5 +286,5 @@ def test_what_a_program_started_ends_with_it(system: System) -> None:
     nest = system.wait_running("nest").pid
     wait_until(lambda: len(children_of(nest)) == 2)
     brood = children_of(nest)
-    os.kill(nest, signal.SIGKILL)
+    kill(nest)
     wait_gone(brood)

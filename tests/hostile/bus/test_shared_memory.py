@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -13,7 +12,7 @@ import pytest
 
 from regraft import run_directory
 from tests.support.commands import AnyProcess, Command, run
-from tests.support.machine.processes import children_of
+from tests.support.machine.processes import children_of, kill
 from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.slow
@@ -88,7 +87,7 @@ def test_nothing_of_hosts_clients_and_killed_components_stays(stack: Write, tmp_
         everybody = [process.pid for process in (up, edge, client)]
         used |= _files([*everybody, *(pid for process in everybody for pid in children_of(process))])
         killed = _pid_of("source")
-        os.kill(killed, signal.SIGKILL)
+        kill(killed)
         _wait_for(logs["up"], "source ended: killed by SIGKILL")  # asking costs what it takes to start a command
         wait_until(lambda: _pid_of("source") not in (0, killed), "another source")
         used |= _files([*everybody, *(pid for process in everybody for pid in children_of(process))])

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import shlex
-import signal
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -18,6 +16,7 @@ from tests.cli.live import System, regraft
 from tests.docs.test_docs import blocks
 from tests.executor.helpers import tree
 from tests.metacontrol.control.bench import write
+from tests.support.machine.processes import kill
 from tests.support.paths import ROOT
 from tests.support.waiting import wait_for, wait_until
 
@@ -152,7 +151,7 @@ def test_a_killed_metacontroller_fails_no_mission_and_is_asked_for_the_same_obje
     wait_until(lambda: "drive" in str(system.ask("mission", "show")["running"]), "the drive")
     before = system.components()["metacontrol"]
     wait_for(lambda: board(system)["state"] == "IN_PROGRESS", "the objective")
-    os.kill(before["pid"], signal.SIGKILL)
+    kill(before["pid"])
     system.component_after("metacontrol", before["incarnation"])
 
     def is_owned() -> bool:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +9,7 @@ import pytest
 
 from regraft.bus_schema.messages.management.objectives import ObjectiveState
 from tests.metacontrol.patrol.running import OBJECTIVE, Patrol
+from tests.support.machine.processes import kill
 from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.slow
@@ -47,7 +46,7 @@ def test_without_laser_and_camera_the_components_rest_until_one_is_back(patrol: 
 def test_a_killed_process_is_a_failure_until_it_is_back(patrol: Patrol) -> None:
     patrol.add()
     patrol.wait_for_realization("normal")
-    os.kill(patrol.wait_running("laser_resender").pid, signal.SIGKILL)
+    kill(patrol.wait_running("laser_resender").pid)
     wait_until(lambda: patrol.processes()["laser_resender"].incarnation > 1, "the next run of the laser")
     patrol.wait_for_realization("normal")
 
@@ -60,7 +59,7 @@ def test_what_a_process_provided_that_ends_for_good_is_provided_without_it(
     try:
         patrol.add()
         patrol.wait_for_realization("normal")
-        os.kill(patrol.wait_running("battery").pid, signal.SIGKILL)
+        kill(patrol.wait_running("battery").pid)
         patrol.wait_for_realization("energy_saving")
     finally:
         patrol.end()

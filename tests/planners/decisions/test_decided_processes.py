@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -15,6 +13,7 @@ from regraft import CallFailed
 from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
 from regraft.bus_schema.model.adaptation import Outcome, SetParameters
 from regraft.bus_schema.model.lifecycle import State
+from tests.support.machine.processes import kill
 from tests.support.systems import System, home
 from tests.support.waiting import wait_until
 
@@ -107,7 +106,7 @@ def test_a_planner_takes_its_decision_again_and_again_whoever_was_killed(system:
     for victim in ("forecast", "adaptation_manager", "motor"):
         process = system.wait_running(victim)
         assert process.pid
-        os.kill(process.pid, signal.SIGKILL)
+        kill(process.pid)
         system.wait_running(victim, process.incarnation + 1)
         wait_until(lambda: slowed(system), "somebody to set the speed")
         wait_until(lambda: speed(system) == 3.0, f"the decision after {victim} was killed")

@@ -44,11 +44,25 @@ def children_of(pid: int) -> list[int]:
     return sorted(found - {pid})
 
 
+def send(pid: int, signum: int) -> None:
+    """Send a signal to one process, or raise ProcessLookupError.
+
+    A status shows process 0 while a component has none. A signal to 0 would end all tests, and what runs them.
+    """
+    assert pid > 0, f"there is no process: {pid}"
+    os.kill(pid, signum)
+
+
+def kill(pid: int) -> None:
+    """End a process by force."""
+    send(pid, signal.SIGKILL)
+
+
 def stop(pid: int) -> None:
     """Stop a process as a debugger or a frozen machine does."""
-    os.kill(pid, signal.SIGSTOP)
+    send(pid, signal.SIGSTOP)
 
 
 def go_on(pid: int) -> None:
     """Continue a process that was stopped."""
-    os.kill(pid, signal.SIGCONT)
+    send(pid, signal.SIGCONT)
