@@ -29,7 +29,7 @@ patrol: .venv/frog ## Run the patrol: a robot on corridors whose laser, camera a
 test: .venv/ready ## Pass the tests (a few minutes)
 	$(BIN)/pytest
 
-test-slow: .venv/ready ## Pass the slow tests: robots on missions, several hosts, attacked systems, studies, the installed package
+test-slow: .venv/ready ## Pass the slow tests: systems of processes, robots on missions, several hosts, attacked systems, studies, the installed package
 	$(BIN)/pytest -m "slow and $(ALWAYS)"
 
 test-python: $(OTHER)/ready ## Pass what another Python could break: make test-python PYTHON=python3.12

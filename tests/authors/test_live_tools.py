@@ -13,6 +13,8 @@ from tests.cli.live import System, regraft
 from tests.executor.helpers import tree
 from tests.support.waiting import wait_for
 
+pytestmark = pytest.mark.slow
+
 WAIT = '<Sleep name="wait" msec="100000000"/>'
 AGAIN = '<KeepRunningUntilFailure><Script name="count" code="rounds += 1"/></KeepRunningUntilFailure>'
 

@@ -33,6 +33,8 @@ from tests.support.waiting import PATIENCE, wait_for
 from .kit_side import Asker, Lamp, Recorder
 from .systems import ControlRefused, System
 
+pytestmark = pytest.mark.slow
+
 FROM_LAMP = {"light": "level"}
 
 

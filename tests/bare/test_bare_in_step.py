@@ -18,6 +18,8 @@ from .kit_side import Asker, Mover, Recorder, Sun
 from .systems import System
 from .test_bare_component import Client
 
+pytestmark = pytest.mark.slow
+
 Runs = list[tuple[dict[str, Any], list[list[float]], ClockTime]]
 
 MEMBERS = ("asker", "bare", "recorder")

@@ -6,10 +6,14 @@ import json
 from contextlib import ExitStack
 from pathlib import Path
 
+import pytest
+
 from tests.cli.live import STACK, System, regraft
 from tests.support.commands import Command, in_home
 from tests.support.machine.processes import kill, wait_gone
 from tests.support.waiting import wait_until
+
+pytestmark = pytest.mark.slow
 
 
 def test_ps_lists_every_component_with_its_process(tiny: System) -> None:

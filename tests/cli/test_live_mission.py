@@ -10,6 +10,8 @@ import pytest
 from tests.cli.live import System, regraft
 from tests.executor.helpers import tree
 
+pytestmark = pytest.mark.slow
+
 WAIT = '<Sleep name="wait" msec="100000000"/>'
 
 

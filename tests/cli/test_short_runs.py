@@ -5,10 +5,14 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import pytest
+
 from tests.support.commands import in_home, run
 from tests.support.machine.processes import kill
 from tests.support.systems import System, all_ended, home
 from tests.support.waiting import PATIENCE, wait_until
+
+pytestmark = pytest.mark.slow
 
 WORLD = '<mujoco><worldbody><geom type="plane" size="5 5 .1"/></worldbody></mujoco>'
 STACK = """\

@@ -13,6 +13,8 @@ import pytest
 from tests.support.commands import run
 from tests.support.paths import ROOT
 
+pytestmark = pytest.mark.slow
+
 CASES = """
 from pathlib import Path
 

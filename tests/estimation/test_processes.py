@@ -26,6 +26,8 @@ from tests.estimation.parts import described
 from tests.support.systems import System
 from tests.support.waiting import PATIENCE
 
+pytestmark = pytest.mark.slow
+
 
 def dry_run(system: System, *changes: Change) -> tuple[AdaptationReport, dict[str, QualityEstimate]]:
     """Return the report, and the predicted qualities by component and name."""

@@ -20,6 +20,8 @@ from tests.hostile.rest import Rest
 from tests.support.systems import System
 from tests.support.waiting import wait_until
 
+pytestmark = pytest.mark.slow
+
 CHATTY = "  chatty: {class: 'tests.hostile.parts:Chatty'}\n"
 
 

@@ -16,6 +16,8 @@ from tests.cli.app import whole
 from tests.support.systems import System
 from tests.support.waiting import wait_for, wait_until
 
+pytestmark = pytest.mark.slow
+
 
 def regraft(*arguments: str) -> Result:
     """Run a command in this process."""

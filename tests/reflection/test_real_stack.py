@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.mission import MissionRequest, MissionStatus
 from regraft.bus_schema.messages.reflection import ReflectedEntries
@@ -18,6 +20,8 @@ from regraft.bus_schema.model.adaptation import (
 from tests.support.machine.processes import kill
 from tests.support.systems import System
 from tests.support.waiting import wait_until
+
+pytestmark = pytest.mark.slow
 
 
 def board(system: System) -> dict[str, PlainValue]:

@@ -7,6 +7,8 @@ import pytest
 from tests.host.conftest import HEAD, Start
 from tests.host.processes.killing import STACK, TOPICS, adapt_through_kills
 
+pytestmark = pytest.mark.slow
+
 
 def test_adaptations_survive_five_kills_of_the_manager(start: Start, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tests.host.conftest.HEAD", HEAD.replace("  ticks: {type: host_tests/Tick}\n", TOPICS))

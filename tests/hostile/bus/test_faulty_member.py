@@ -17,6 +17,8 @@ from tests.hostile.parts import Number, Word
 from tests.support.systems import System
 from tests.support.waiting import wait_until
 
+pytestmark = pytest.mark.slow
+
 PARTS = """\
   ledger: {class: 'tests.hostile.parts:Ledger'}
   adaptation_manager:

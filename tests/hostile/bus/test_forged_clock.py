@@ -23,6 +23,8 @@ from tests.hostile.conftest import Start
 from tests.support.systems import System
 from tests.support.waiting import wait_until
 
+pytestmark = pytest.mark.slow
+
 HEAD = """\
 system: tests
 clock: simulated

@@ -17,6 +17,8 @@ from tests.support.machine.processes import kill
 from tests.support.systems import System, home
 from tests.support.waiting import wait_until
 
+pytestmark = pytest.mark.slow
+
 HERE = Path(__file__).parents[1]
 PLANNERS = "regraft.adaptation_manager.planners"
 STACK = f"""\
