@@ -134,6 +134,13 @@ def test_systems_of_systems_are_followed_down_to_the_components(tmp_path: Path) 
         ("\nmanipulator:", "\nmanipulato:", "\nmanipulato:", "there is no component 'manipulato'"),
         ("{actuation: inactive}", "{actuation: inactive, mission: active}", "mission:", "is a part of itself"),
         ("  SLOW:", "\tSLOW:", "SLOW:", "a tab"),
+        ("  REST:", "  REST/:", "{actuation: inactive}", "a mode's name may not end with '/'"),
+        (
+            "      __DEFAULT__: {actuation: active.MODERATE}\n      REST: {actuation: inactive}",
+            "      __DEFAULT__: {}",
+            "mission:",
+            "names no part: must name at least one",
+        ),
     ],
 )
 def test_what_is_wrong_is_told_with_its_line(tmp_path: Path, old: str, new: str, piece: str, problem: str) -> None:

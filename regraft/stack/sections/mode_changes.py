@@ -66,7 +66,7 @@ def change_problems(change: Change, targets: ModeTargets) -> Found:
     spec = targets.architecture.components.get(change.component)
     descriptions = targets.descriptions(change.component)
     if spec is not None and not spec.managed and isinstance(change, OF_COMPONENTS):
-        yield "component", f"{change.component} is unmanaged: it does not speak the lifecycle"
+        yield "component", unmanaged(change.component)
     elif isinstance(change, Add | Swap):
         yield from _class_problems(change, spec, targets)
     elif spec is None:
@@ -79,6 +79,11 @@ def change_problems(change: Change, targets: ModeTargets) -> Found:
     elif descriptions is not None and len(descriptions) == 1 and isinstance(change, Connect):
         wrong = _connection_problems(descriptions[0], {change.port: change.topic}, targets.topics)
         yield from ((part, problem) for _, part, problem in wrong)
+
+
+def unmanaged(component: str) -> str:
+    """Return why no mode can change a component that does not speak the lifecycle."""
+    return f"{component} is unmanaged: it does not speak the lifecycle"
 
 
 def parameter_problems(spec: ComponentSpec, descriptions: list[Description], values: Mapping[str, PlainValue]) -> Found:

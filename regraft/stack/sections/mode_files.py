@@ -12,7 +12,7 @@ from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.mode_rules import ModeRule
 from regraft.bus_schema.model.robots.scopes import SHARED
 from regraft.stack.relative_paths import with_absolute_paths
-from regraft.stack.sections.mode_changes import parameter_problems
+from regraft.stack.sections.mode_changes import parameter_problems, unmanaged
 from regraft.stack.sections.system_modes import GivenValue, read_system_modes_file
 from regraft.stack.yaml.nodes import Location, Node, plain
 from regraft.stack.yaml.problems import StackError
@@ -72,6 +72,9 @@ def _read(root: Section, node: Node, scope: str, components: Mapping[str, Compon
         root.report.problems += error.problems
         found.complete = False
         return
+    for named in read.named:
+        if not components[named.component].managed:
+            root.report.add_at(named.location, named.field, unmanaged(named.component))
     for value in read.values:
         for path, problem in _value_problems(value, components[value.component], folder):
             root.report.add_at(value.node.location, path, problem)

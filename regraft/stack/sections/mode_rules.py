@@ -31,6 +31,8 @@ def with_rules(root: Section, read: ReadModes) -> Architecture:
     before = len(root.report.problems)
     modes = architecture.modes if modes_known else None
     hints = Hints(modes or ())
+    for name in read.rule_locations.keys() & set(section.names()):
+        section.wrong(name, "a file of system_modes has a rule of this name, too: give this one another name")
     own = [_rule(section.section(name), name, modes, hints) for name in section.names()]
     found = replace(architecture, mode_rules=(*architecture.mode_rules, *filter(None, own)))
     described = all(spec.description or not spec.managed for spec in architecture.components.values())

@@ -71,7 +71,9 @@ def rules_of(part: Part, parts: Mapping[str, Part], names: PartNames, report: Re
             continue
         start, mode = (_target(part, fields[key], f"{where}.{key}", names, report) for key in TARGETS)
         when = _condition(part, parts, fields["if_part"], f"{where}.if_part", names, report)
-        if start and mode and when:
+        if start and start == mode:
+            report.add_at(fields["new_target"].location, f"{where}.new_target", "is 'if_target': must be another mode")
+        elif start and mode and when:
             yield ModeRule(names.mode(part.name, name), when, mode, (start,))
 
 

@@ -17,6 +17,7 @@ from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.mode_rules import ModeRule
 from regraft.bus_schema.model.modes.mode_parts import DEFAULT, way_between
 from regraft.bus_schema.model.modes.mode_sizes import size_problems
+from regraft.bus_schema.model.robots.scopes import SHARED
 from regraft.bus_schema.suggestions import Hints
 from regraft.stack.sections.system_mode_rules import Part, PartNames, rules_of
 from regraft.stack.yaml.document import read_document
@@ -40,10 +41,19 @@ class GivenValue:
 
 
 @dataclass(frozen=True, slots=True)
+class NamedComponent:
+    """A component as a file names it: its name, and its ``field`` and ``location`` in the file."""
+
+    component: str
+    field: str
+    location: Location
+
+
+@dataclass(frozen=True, slots=True)
 class SystemModesFile:
     """The changes of each mode as plain data, the modes of other parts that it enters, rules and values.
 
-    ``rule_locations`` are the places of rules, by name.
+    ``rule_locations`` are the places of rules, by name; ``named`` are all components, each where the file names it.
     """
 
     modes: dict[str, PlainValue]
@@ -51,6 +61,7 @@ class SystemModesFile:
     rules: tuple[ModeRule, ...]
     values: tuple[GivenValue, ...]
     rule_locations: dict[str, Location]
+    named: tuple[NamedComponent, ...]
 
 
 def read_system_modes(file: Path, components: Collection[str], scope: str = "") -> dict[str, PlainValue]:
@@ -84,6 +95,7 @@ def read_system_modes_file(file: Path, components: Collection[str], scope: str =
             for part in reader.parts.values()
             for name, node in part.rules.items()
         },
+        tuple(reader.named()),
     )
 
 
@@ -124,6 +136,8 @@ class _Reader:
             where = f"{name}.modes.{mode}"
             if "." in mode:
                 self._wrong(wanted.location, where, "a mode's name may not have a '.'")
+            if mode.endswith(SHARED):
+                self._wrong(wanted.location, where, f"a mode's name may not end with {SHARED!r}")
             settings = self._parameters(wanted, where) if part.is_node else self._map(wanted, where)
             part.modes[mode] = dict(_flat(settings)) if part.is_node else settings
         part.rules = self._map(body["rules"], f"{name}.rules") if "rules" in body else {}
@@ -137,6 +151,8 @@ class _Reader:
             component = self._names.component(part.name)
             if part.is_node and component not in self._components:
                 self._wrong(part.location, part.name, components.no_such("component", component))
+            if not part.is_node and DEFAULT in part.modes and not part.modes[DEFAULT]:
+                self._wrong(part.location, f"{part.name}.modes.{DEFAULT}", "names no part: must name at least one")
             for mode, settings in part.modes.items():
                 for name, node in settings.items():
                     where = f"{part.name}.modes.{mode}.{name}"
@@ -206,6 +222,17 @@ class _Reader:
                 for name, node in settings.items():
                     component = self._names.component(part.name)
                     yield GivenValue(component, name, f"{part.name}.modes.{mode}.{name}", node)
+
+    def named(self) -> Iterator[NamedComponent]:
+        """Yield the components that the file names, as a node or as a part of a system."""
+        for part in self.parts.values():
+            if part.is_node:
+                yield NamedComponent(self._names.component(part.name), part.name, part.location)
+            for mode, settings in part.modes.items() if not part.is_node else ():
+                for name, node in settings.items():
+                    if name not in self.parts:
+                        field = f"{part.name}.modes.{mode}.{name}"
+                        yield NamedComponent(self._names.component(name), field, node.location)
 
     def entered(self, part: Part, mode: str) -> Iterator[str]:
         """Yield the modes of other parts that a mode of a system enters."""

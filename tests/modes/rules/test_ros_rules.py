@@ -93,6 +93,15 @@ def test_rules_of_the_stack_come_behind_them(tmp_path: Path) -> None:
     assert [rule.name for rule in rules] == ["chassis.part_in_mode", "chassis.degrade", "chassis.lost", "back"]
 
 
+def test_a_rule_of_the_stack_has_a_name_of_its_own(tmp_path: Path) -> None:
+    own = "rules:\n  chassis.lost: {when: laser.failed, from: chassis.BLIND, mode: chassis.CAREFUL}\n"
+    with pytest.raises(StackError) as caught:
+        load(_stack(tmp_path, stack=NAMED + own))
+    (found,) = caught.value.problems
+    assert (found.field, Path(found.file).name) == ("rules.chassis.lost", "stack.yaml")
+    assert "a file of system_modes has a rule of this name, too" in found.problem
+
+
 def test_without_a_planner_they_are_read_all_the_same(tmp_path: Path) -> None:
     alone = NAMED.replace(NAMED[NAMED.index("  mode_planner:") : NAMED.index("modes: ")], "")
     assert len(load(_stack(tmp_path, stack=alone)).architecture.mode_rules) == 3
@@ -133,6 +142,7 @@ def test_a_circle_with_a_rule_of_the_stack_is_refused_at_that_rule(tmp_path: Pat
     [
         ("new_target: active.BLIND", "new_target: active.BLND", "no mode 'BLND'; did you mean 'BLIND'?"),
         ("new_target: active.BLIND", "new_target: inactive", "'inactive': must be active.MODE"),
+        ("new_target: active.BLIND", "new_target: active.CAREFUL", "is 'if_target': must be another mode"),
         ("if_target: active.CAREFUL", "if_target: activ.CAREFUL", "'activ.CAREFUL': must be active.MODE"),
         ("[driver, active.__DEFAULT__]", "[drivr, active.SLOW]", "no part 'drivr'; did you mean 'driver'?"),
         ("[driver, active.__DEFAULT__]", "[driver, active.SLWO]", "no mode 'SLWO'; did you mean 'SLOW'?"),

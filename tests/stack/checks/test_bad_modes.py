@@ -149,6 +149,26 @@ rescuer/navigator:
     assert {each.line for each in problems(tmp_path, f"{GOOD}modes: modes.yaml\n")} == {5, 8, 9}
 
 
+@pytest.mark.parametrize(
+    ("file", "field"),
+    [
+        (
+            "recorder: {ros__parameters: {type: node, modes: {__DEFAULT__: {ros__parameters: {depth: 3}}}}}\n",
+            "recorder",
+        ),
+        (
+            "drive: {ros__parameters: {type: system, modes: {__DEFAULT__: {recorder: active}}}}\n",
+            "drive.modes.__DEFAULT__.recorder",
+        ),
+    ],
+)
+def test_a_ros_file_names_no_component_that_does_not_speak_the_lifecycle(tmp_path: Path, file: str, field: str) -> None:
+    (tmp_path / "modes.yaml").write_text(file)
+    (found,) = problems(tmp_path, f"{GOOD}modes: modes.yaml\n")
+    assert (Path(found.file).name, found.line, found.field) == ("modes.yaml", 1, field)
+    assert found.problem == "recorder is unmanaged: it does not speak the lifecycle"
+
+
 def test_a_mode_that_is_wrong_is_told_alone(tmp_path: Path) -> None:
     wrong = MODES.replace("transition: activate", "transition: activte", 1)
     assert wrong != MODES
