@@ -100,6 +100,7 @@ class AdaptationManager(Component):
         """Close the journal; what was under way is undone at the next activation."""
         self._worker.close()
         self._store.close()
+        self.kit.compute(self._store.close)  # behind an opening that is under way
 
     @faults.handler
     def note_faults(self, faults: SystemFaults) -> None:

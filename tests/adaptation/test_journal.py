@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from regraft import CallFailed
-from regraft.adaptation_manager.journal import write_back
+from regraft.adaptation_manager.journal import architecture_store, write_back
 from regraft.adaptation_manager.journal.journal import Journal, JournalError
+from regraft.adaptation_manager.journal.opening import opened
 from regraft.adaptation_manager.journal.write_back import WriteBack
 from regraft.bus_schema.messages.management.manager import ArchitectureRequest
+from regraft.bus_schema.messages.protocol.control import SetTransition
 from regraft.bus_schema.messages.protocol.host import JournalEnd
 from regraft.bus_schema.model.adaptation import Outcome, SetParameters
 from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.lifecycle import Transition
 from tests.adaptation.system import System
 from tests.support.waiting import PATIENCE, wait_until
 
@@ -245,3 +250,31 @@ def test_a_failed_write_back_is_in_the_log_and_loses_nothing(
     assert system.adapt(SetParameters("listener", {"gain": 0.2})).outcome is Outcome.APPLIED
     wait_until(lambda: "cannot be written back" in caplog.text)
     assert [line.id for line in system.lines().entries] == ["3", "2", "1"]
+
+
+def test_a_manager_that_is_deactivated_while_its_journal_opens_leaves_it_closed(
+    bare_system: System, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opening, go_on = threading.Event(), threading.Event()
+
+    def opened_late(path: str, tell: Callable[[str, str], None]) -> Journal:
+        journal = opened(path, tell)
+        opening.set()
+        assert go_on.wait(PATIENCE)
+        return journal
+
+    monkeypatch.setattr(architecture_store, "opened", opened_late)
+    bare_system.start_manager()
+    assert opening.wait(PATIENCE)
+    bare_system.client.control("manager", "transition", SetTransition(Transition.DEACTIVATE))
+    assert _open_files(bare_system.journal)
+    go_on.set()
+    wait_until(lambda: not _open_files(bare_system.journal), "the journal is closed")
+
+
+def _open_files(path: Path) -> list[str]:
+    found = []
+    for descriptor in Path("/proc/self/fd").iterdir():
+        with contextlib.suppress(FileNotFoundError):
+            found.append(str(descriptor.readlink()))
+    return [name for name in found if name.startswith(str(path))]
