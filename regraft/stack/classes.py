@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from regraft.bus_schema.annotations import PlainValue
@@ -14,6 +14,9 @@ from regraft.component.parameters import ParameterError
 from regraft.process.main import NoSuchClass, load_class
 from regraft.process.modules import CannotImport, hidden_file, imported, text_of
 from regraft.stack.relative_paths import with_absolute_paths
+
+ROBOTS = "robots"
+"""The parameter of worlds that has their robots."""
 
 
 def look_in(folder: Path) -> None:
@@ -44,6 +47,20 @@ def taken_from_robot(path: str) -> dict[str, str]:
     except BaseException:
         return {}
     return {name: parameter.from_robot for name, parameter in parameters.items() if parameter.from_robot}
+
+
+def device_classes(parameters: object) -> Iterator[tuple[str, str]]:
+    """Yield each place in a component's parameters that names the class of a robot's device, and the class's path.
+
+    A world imports these classes as it is described.
+    """
+    robots = parameters.get(ROBOTS) if isinstance(parameters, dict) else None
+    for index, robot in enumerate(robots if isinstance(robots, list) else ()):
+        devices = robot.get("devices") if isinstance(robot, dict) else None
+        for number, device in enumerate(devices if isinstance(devices, list) else ()):
+            path = device.get("class") if isinstance(device, dict) else None
+            if isinstance(path, str):
+                yield f"{ROBOTS}.{index}.devices.{number}.class", path
 
 
 def describe_class(

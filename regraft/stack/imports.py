@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from regraft.process.trial.trial_import import Notice, try_imports
+from regraft.stack.classes import device_classes
 from regraft.stack.sections.hosts import FIRST
-from regraft.stack.yaml.nodes import Node, plain
+from regraft.stack.yaml.nodes import Location, Node, plain
 from regraft.stack.yaml.section import Section
 
 
@@ -16,9 +17,12 @@ def try_modules(root: Section, notice: Notice) -> frozenset[str]:
     Raises:
         StackError: the import of one has not ended; the others may wait for the same, and are not tried.
     """
-    named = list(_named(root))
-    tried = try_imports((module for _, module, _ in named), notice)
-    for place, module, path in named:
+    named: dict[tuple[Location, str], tuple[str, str]] = {}
+    for place, module, path in _named(root):
+        # Several components take the same robots, whose devices are named once.
+        named.setdefault((root.report.location_of(place), module), (place, path))
+    tried = try_imports((module for _, module in named), notice)
+    for (_, module), (place, path) in named.items():
         if module in tried.problems:
             problem = tried.problems[module]
             root.report.add(place, f"{path!r}: {problem}" if path else problem)
@@ -38,10 +42,14 @@ def _named(root: Section) -> Iterator[tuple[str, str, str]]:
 
 
 def _classes(root: Section) -> Iterator[tuple[str, str]]:
-    """Yield each place that names the class of a component, and the class's path."""
+    """Yield each place that names the class of a component or of a robot's device, and the class's path."""
     components = root.section("components")
     for name in components.names():
-        yield f"components.{name}.class", components.section(name).text("class")
+        component = components.section(name)
+        yield f"components.{name}.class", component.text("class")
+        given = component.node("parameters")
+        for place, path in device_classes(plain(given) if given is not None else None):
+            yield f"components.{name}.parameters.{place}", path
     modes = root.node("modes")
     for mode, node in modes.value.items() if modes is not None and isinstance(modes.value, dict) else ():
         for index, change in enumerate(node.value if isinstance(node.value, tuple) else ()):

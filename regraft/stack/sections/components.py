@@ -13,7 +13,7 @@ from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.robots.scopes import in_scope, scope_of, service_in_scope
 from regraft.bus_schema.model.system_topics import SYSTEM_TOPICS
 from regraft.process.main import NoSuchClass
-from regraft.stack.classes import describe_class
+from regraft.stack.classes import describe_class, device_classes
 from regraft.stack.relative_paths import RUN_FOLDER, with_absolute_paths
 from regraft.stack.sections.limits import read_limits
 from regraft.stack.sections.programs import read_program
@@ -118,7 +118,8 @@ def _class_description(
     path = section.text("class")
     if "class" not in section:
         section.report.add(section.path, "must have 'class' (module:Class) or 'command', has neither")
-    if not path or path.partition(":")[0] in refused:
+    classes = [path, *(of_device for _, of_device in device_classes(parameters))]
+    if not path or any(cls.partition(":")[0] in refused for cls in classes):
         return None
     try:
         description, problems = describe_class(path, parameters, folders)
