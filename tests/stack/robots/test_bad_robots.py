@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from regraft.stack import load
 from tests.cli.app import whole
 from tests.support.worlds import WAFFLE
 
@@ -106,6 +107,8 @@ def test_a_name_used_twice_is_refused(tmp_path: Path) -> None:
         ("devices.lidar:", "devices.lidr:", "5: .*did you mean 'regraft.sim_service.devices.lidar'"),
         ('Lidar"}', 'Lidar", parameters: {beems: 3}}', "5: .*Lidar has no such parameter; did you mean 'beams'"),
         ('Lidar"}', 'Lidar", parameters: {beams: 0}}', "5: .*beams: 0: must be at least 1"),
+        ('Drive"}', 'Drive", connect: {velocity: velocty}}', "4: .*'left/velocty'.*did you mean 'left/velocity'"),
+        ('Drive"}', 'Drive", connect: {velocity: /stop}}', "4: .*'stop'"),
     ],
 )
 def test_a_device_that_does_not_fit_is_refused_in_the_robots_file(
@@ -155,3 +158,15 @@ def test_a_sensor_that_cannot_measure_is_named_whatever_its_rate(tmp_path: Path)
     found = refused(tmp_path, robot=robot, device=NOSE)
     assert "rover/robot.yaml:4: " in found
     assert "the device 'nose' of the robot 'left': RuntimeError: it has a cold" in found
+
+
+def test_a_devices_shared_topic_is_the_same_for_all_robots(tmp_path: Path) -> None:
+    rover = tmp_path / "rover"
+    rover.mkdir()
+    (tmp_path / "room.xml").write_text(ROOM)
+    (tmp_path / "stack.yaml").write_text(STACK.replace("topics:\n", "topics:\n  stop: regraft/Twist\n"))
+    (rover / "robot.yaml").write_text(ROBOT.replace('Drive"}', 'Drive", connect: {velocity: /stop}}'))
+    (rover / "rover.xml").write_text(WAFFLE.read_text())
+    world = load(tmp_path / "stack.yaml").architecture.components["world"]
+    assert world.connections["stop"] == "stop"
+    assert "left/velocity" not in world.connections

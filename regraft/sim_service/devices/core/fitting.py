@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from regraft import Input, Output, Parameter, Quality
+from regraft.bus_schema.model.robots.scopes import in_scope
 from regraft.bus_schema.suggestions import instead_of
 from regraft.component.component import Declared, declared
 from regraft.component.parameters import ParameterError
@@ -40,7 +41,13 @@ class Fitted:
 
     def port(self, short: str) -> str:
         """Return the world's name of a port, which is its topic's: the one that the robot's file connects it to."""
-        return self.robot.prefix + self.spec.connections.get(short, short)
+        return in_scope(self.robot.name, self.spec.connections.get(short, short))
+
+    def asks_for(self, short: str, port: Input[Any] | Output[Any]) -> str:
+        """Return the place that asks for a port to have a topic, empty where it may have none."""
+        if short in self.spec.connections:
+            return f"{self.place}.connect.{short}"
+        return self.place if port.required else ""
 
 
 Use = tuple[Fitted, str, Input[Any] | Output[Any]]
@@ -155,10 +162,10 @@ def _clashes(name: str, uses: Sequence[Use]) -> Iterator[tuple[str, str]]:
 
 
 def _world_port(name: str, uses: Sequence[Use], handler: str) -> Input[Any] | Output[Any]:
-    device, _, port = uses[0]
+    _, _, port = uses[0]
     named = copy(port)
     named.name = named.topic = name
-    named.origin = device.place if port.required else ""
+    named.origin = next(filter(None, (use.asks_for(short, as_declared) for use, short, as_declared in uses)), "")
     if isinstance(named, Input):
         named.handler_name, named.handler_takes_name = None, True
         if any(isinstance(use, Input) and use.handler_name for _, _, use in uses):
