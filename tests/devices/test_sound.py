@@ -160,3 +160,12 @@ def test_a_restored_run_goes_on_hearing(tmp_path: Path) -> None:
 def test_a_site_that_is_not_there_is_refused(tmp_path: Path, kind: type) -> None:
     with pytest.raises(SceneError, match="no site named"):
         simulated(tmp_path, robot(tmp_path, "", [device(kind)]))
+
+
+@pytest.mark.parametrize("ambient", [-1e6, -100.0, 1e6])
+def test_any_ambient_noise_is_a_level(tmp_path: Path, ambient: float) -> None:
+    simulation = talk(tmp_path, 1.0, ambient=ambient)
+    assert math.isfinite(heard(simulation).level)
+    say(simulation, level=80.0)
+    run(simulation)
+    assert [sound.level for sound in heard(simulation).sounds] == ([80.0] if ambient < 0.0 else [])

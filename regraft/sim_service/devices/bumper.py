@@ -71,8 +71,7 @@ class Bumper(Sensor):
     def measure(self) -> BumperState:
         """Return the touches of the last period, spoiled by what fails."""
         progress = self.kit.progress
-        ticks = max(1, round(progress.tick_rate / self.rate)) if self.rate else 1
-        since = progress.steps - ticks * progress.steps_per_tick
+        since = progress.steps - self.kit.ticks_since_due(self.rate) * progress.steps_per_tick
         self._touches = {key: touch for key, touch in self._touches.items() if touch[0] > since}
         touches = [Touch(body, sector, bearing) for (body, sector), (_, bearing) in sorted(self._touches.items())]
         return BumperState(self.kit.stamp, self.kit.frame("base_link"), self.sectors, tuple(self._spoiled(touches)))

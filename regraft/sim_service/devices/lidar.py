@@ -119,7 +119,7 @@ class Lidar(Sensor):
             return np.zeros(len(ranges))
         if failing not in (DROPOUT, BIAS, NOISE):
             return ranges
-        random = self.kit.random(f"lidar {failing}", self.kit.progress.tick)
+        random = self.kit.random(f"{self.kit.name} {failing}", self.kit.progress.tick)
         if failing == DROPOUT:
             return np.where(random.random(len(ranges)) < self.dropout, np.inf, ranges)
         error = self.bias if failing == BIAS else self.more_noise * random.standard_normal(len(ranges))

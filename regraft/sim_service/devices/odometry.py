@@ -102,7 +102,7 @@ class WheelOdometry(Sensor):
         right = (right_angle - self._right_angle) * self._right_radius
         self._left_angle, self._right_angle = left_angle, right_angle
         if self.travel_noise > 0.0:
-            errors = self.kit.random("odometry", self.kit.progress.steps).standard_normal(2)
+            errors = self.kit.random(self.kit.name, self.kit.progress.steps).standard_normal(2)
             left += float(errors[0]) * self.travel_noise * math.sqrt(abs(left))
             right += float(errors[1]) * self.travel_noise * math.sqrt(abs(right))
         self._reading = self._moved(left, right)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
@@ -15,6 +17,9 @@ from regraft.sim_service.layout.scene import Scene
 from regraft.sim_service.robots import RobotSpec
 
 D = TypeVar("D")
+
+ROUNDING = 1e-9
+"""Part of a measurement by which the computed number of measurements may fall short."""
 
 
 @dataclass(slots=True)
@@ -113,4 +118,16 @@ class DeviceKit:
 
     def is_due(self, rate: float) -> bool:
         """Return whether something that happens ``rate`` times a second happens at this tick; 0: at each."""
-        return not rate or self.progress.tick % max(1, round(self.progress.tick_rate / rate)) == 0
+        return self._is_due(self.progress.tick, rate)
+
+    def ticks_since_due(self, rate: float) -> int:
+        """Return how many ticks ago that happened before this tick."""
+        tick = self.progress.tick
+        return next(ago for ago in itertools.count(1) if self._is_due(tick - ago, rate))
+
+    def _is_due(self, tick: int, rate: float) -> bool:
+        return not rate or self._times(tick, rate) > self._times(tick - 1, rate)
+
+    def _times(self, tick: int, rate: float) -> int:
+        """Return how often something has happened by a tick."""
+        return math.floor(tick * rate / self.progress.tick_rate + ROUNDING)

@@ -19,6 +19,8 @@ NEAREST = 0.01
 """m: the inverse square would be infinite at the loudspeaker itself."""
 KEPT = 1.0
 """s for which a sound is on its way at most, which is 343 m."""
+LOUDEST = 300.0
+"""dB: a level beyond it counts as it, and one below its negative as that, so that powers stay numbers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +116,7 @@ class Microphone(Sensor):
         recognised = [
             sound
             for sound, power in zip(sounds, powers, strict=True)
-            if sound.level - _level(total - power) >= self.margin
+            if sound.level - _level(max(total - power, background)) >= self.margin
         ]
         recognised.sort(key=lambda sound: -sound.level)
         return Hearing(self.kit.stamp, _level(total), tuple(recognised))
@@ -137,8 +139,8 @@ class Microphone(Sensor):
 
 
 def _power(level: float) -> float:
-    return float(10.0 ** (level / 10.0))
+    return float(10.0 ** (min(level, LOUDEST) / 10.0))
 
 
 def _level(power: float) -> float:
-    return 10.0 * math.log10(power)
+    return 10.0 * math.log10(max(power, _power(-LOUDEST)))
