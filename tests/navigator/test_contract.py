@@ -303,6 +303,8 @@ def test_estimated_safety_falls_with_the_speed_allowed(kind: type[Navigator]) ->
     assert estimates == sorted(estimates, reverse=True)
     assert estimates[17] == 1.0
     assert 0.0 <= kind.estimate({"max_velocity": 0.26}, {"near": 1.0})["safety"] < estimates[26] < estimates[18]
+    slow_robot = [kind.estimate({"max_velocity": v / 100, "slow": 0.05}, {})["safety"] for v in (4, 6)]
+    assert slow_robot[1] < slow_robot[0] == 1.0
 
 
 def test_it_says_how_well_it_drives_now(stage: Stage) -> None:
@@ -316,6 +318,8 @@ def test_it_says_how_well_it_drives_now(stage: Stage) -> None:
     stage.robot.boxes = [*ROOM, Box(stage.robot.pose.x, 2.42, 0.4, 0.1)]
     stage.run(0.3)
     assert stage.navigator.evaluate()["safety"] == float(stage.robot.twist.v < 0.18)
+    stage.rig.runtimes["navigator"].parameters.set({"slow": 1.0})
+    assert stage.navigator.evaluate()["safety"] == 1.0
 
 
 def test_needs_are_stated(kind: type[Navigator]) -> None:

@@ -23,6 +23,7 @@ from regraft.services.navigator.planning.terrain import Inflation
 from regraft.services.navigator.qualities import (
     NEAR,
     ROLLOUTS,
+    SLOW,
     Caution,
     drive_energy,
     drive_time,
@@ -73,6 +74,8 @@ class Navigator(Component):
     scan_timeout = Parameter(
         SILENT_TIMEOUT, "how old the last scan may be until the robot stops", minimum=0.1, maximum=60.0, unit="s"
     )
+
+    slow = Parameter(SLOW, "speed below which it is safe to drive near things", minimum=0.0, unit="m/s")
 
     radius = robot_parameters.radius(read_only=True)
     turning_room = robot_parameters.turning_room(read_only=True)
@@ -133,7 +136,8 @@ class Navigator(Component):
         speed = float(parameters.get("max_velocity", cls.max_velocity.default))
         near, distance = context.get("near"), context.get("distance")
         powers = parameters.get("motion_power", cls.motion_power.default)
-        qualities = driving_qualities(speed, cls.caution, None if near is None else float(near), powers)
+        slow = float(parameters.get("slow", cls.slow.default))
+        qualities = driving_qualities(speed, cls.caution, None if near is None else float(near), powers, slow)
         if distance is None or speed <= 0.0:
             return qualities
         way = float(distance)
@@ -150,7 +154,7 @@ class Navigator(Component):
         clearance = math.inf if scan is None else scan.nearest()
         near = NEAR if scan is None else near_of(scan.range_min, scan.range_max)
         power = motion_power(speed, self.motion_power)
-        qualities = {"speed": speed, "power": power, "safety": float(is_safe(clearance, speed, near))}
+        qualities = {"speed": speed, "power": power, "safety": float(is_safe(clearance, speed, near, self.slow))}
         return qualities | ({"clearance": clearance} if math.isfinite(clearance) else {})
 
     @action("navigate_to", feedback=NavigationProgress)

@@ -36,15 +36,15 @@ class Caution:
     near: float
     full: float
 
-    def safety(self, max_velocity: float, near: float | None = None) -> float:
-        """Return the expected share of the time in which nothing is `NEAR` or the speed is below `SLOW`.
+    def safety(self, max_velocity: float, near: float | None = None, slow: float = SLOW) -> float:
+        """Return the expected share of the time in which nothing is `NEAR` or the speed is below ``slow`` (m/s).
 
-        That is 1 - near * P(speed >= SLOW), and P = full + (1 - full) * (1 - SLOW / max_velocity). It is 1 as long as
+        That is 1 - near * P(speed >= slow), and P = full + (1 - full) * (1 - slow / max_velocity). It is 1 as long as
         the robot may not drive that fast. From there it falls with max_velocity.
         """
-        if max_velocity < SLOW:
+        if max_velocity < slow:
             return 1.0
-        fast = self.full + (1.0 - self.full) * (1.0 - SLOW / max_velocity)
+        fast = self.full + (1.0 - self.full) * (1.0 - slow / max_velocity)
         return 1.0 - (self.near if near is None else near) * fast
 
 
@@ -79,12 +79,16 @@ def drive_energy(distance: float, speed: float, powers: Sequence[float] = MOTION
 
 
 def driving_qualities(
-    max_velocity: float, caution: Caution, near: float | None = None, powers: Sequence[float] = MOTION_POWER
+    max_velocity: float,
+    caution: Caution,
+    near: float | None = None,
+    powers: Sequence[float] = MOTION_POWER,
+    slow: float = SLOW,
 ) -> dict[str, float]:
     """Return speed (m/s), power (W), safety, and energy per metre (J/m) if it moves, at the speed allowed.
 
-    ``powers`` are the coefficients of the drive's power.
+    ``powers`` are the coefficients of the drive's power. Driving below ``slow`` (m/s) is safe.
     """
     power = motion_power(max_velocity, powers)
-    qualities = {"speed": max_velocity, "power": power, "safety": caution.safety(max_velocity, near)}
+    qualities = {"speed": max_velocity, "power": power, "safety": caution.safety(max_velocity, near, slow)}
     return qualities | ({"energy_per_metre": power / max_velocity} if max_velocity > 0.0 else {})
