@@ -2,6 +2,8 @@
 
 import itertools
 import math
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -12,6 +14,7 @@ from regraft.sim_service.layout.placement import Placement, PlacementError, draw
 from regraft.sim_service.layout.placement_rules import placement_rules
 from regraft.sim_service.layout.scene import SceneError, load_scene
 from regraft.sim_service.layout.visibility import sees_body
+from tests.support.worlds import waffle
 
 from .worlds import frog
 
@@ -99,3 +102,25 @@ def test_a_rule_that_names_a_missing_site_or_says_a_word_twice_is_refused(tmp_pa
         file.write_text(world.format(rule))
         with pytest.raises(SceneError, match=complaint):
             placement_rules(load_scene(file))
+
+
+CRATE = """<mujoco><custom><text name="place ball" data="x -1 1 y -1 1 gap .1"/></custom><worldbody>
+<geom type="plane" size="5 5 .1"/><body name="ball"><geom size=".1"/></body>
+<body name="crate"><freejoint/><geom type="box" size=".5 .5 .2" pos="0 0 .2"/></body></worldbody></mujoco>"""
+
+
+def test_a_body_is_placed_with_its_gap_to_a_crate_that_can_be_pushed(tmp_path: Path) -> None:
+    file = tmp_path / "crate.xml"
+    file.write_text(CRATE)
+    for seed in SEEDS:
+        ball = draw_placement(load_scene(file), seed).poses["ball"]
+        assert max(abs(ball.x), abs(ball.y)) >= 0.69
+
+
+def test_a_body_is_placed_with_its_gap_to_a_robot_that_stands_where_its_file_has_it(tmp_path: Path) -> None:
+    file = tmp_path / "room.xml"
+    file.write_text(re.sub('<body name="crate">.*</body>', "", CRATE))
+    robot = replace(waffle(), place=None, region=None)
+    for seed in SEEDS:
+        ball = draw_placement(load_scene(file, [robot]), seed).poses["ball"]
+        assert math.hypot(ball.x, ball.y) >= robot.radius + 0.2 - 1e-9

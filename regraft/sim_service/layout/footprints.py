@@ -38,11 +38,10 @@ def body_radius(scene: Scene, body: int) -> float:
 
 
 def obstacle_rectangles(scene: Scene, ignored: set[int]) -> Floats:
-    """Return the outlines (n, 4: x_min, y_min, x_max, y_max in m) of all static geoms that stand on the
-    floor.
+    """Return the outlines (n, 4: x_min, y_min, x_max, y_max in m) of all geoms that stand on the floor.
 
-    Planes are floors, not obstacles, and what nothing collides with (a pad on the floor) is none either.
-    Bodies in `ignored` are left out.
+    These are fixed to the world, or free as a crate is: people walk, and are none. Planes are floors, not
+    obstacles, and what nothing collides with (a pad on the floor) is none either. Bodies in `ignored` are left out.
     """
     data = mujoco.MjData(scene.model)
     mujoco.mj_kinematics(scene.model, data)
@@ -51,7 +50,8 @@ def obstacle_rectangles(scene: Scene, ignored: set[int]) -> Floats:
         body = int(scene.model.geom_bodyid[geom])
         is_floor = int(scene.model.geom_type[geom]) == int(mujoco.mjtGeom.mjGEOM_PLANE)
         in_no_way = not (scene.model.geom_contype[geom] or scene.model.geom_conaffinity[geom])
-        if is_floor or in_no_way or body in ignored or not scene.is_static(body):
+        stands = scene.is_static(body) or scene.is_free(body)
+        if is_floor or in_no_way or body in ignored or not stands:
             continue
         low, high = world_box(scene.model, data, geom)
         rectangles.append((low[0], low[1], high[0], high[1]))

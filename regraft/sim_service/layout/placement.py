@@ -17,6 +17,7 @@ from regraft.sim_service.layout.placement_rules import PlacementRule, placement_
 from regraft.sim_service.layout.random_streams import generator
 from regraft.sim_service.layout.scene import Scene
 from regraft.sim_service.layout.visibility import sees_body
+from regraft.sim_service.robots import RobotSpec
 
 MAX_DRAWS = 2000
 OUT_OF_THE_WAY = 1000.0
@@ -67,20 +68,17 @@ class _Draw:
         self._scene = scene
         self._seed = seed
         self._rules = placement_rules(scene)
-        bodies = [scene.index("body", rule.body) for rule in self._rules]
-        ignored = {member for body in bodies for member in scene.subtree(body)}
+        bodies = {scene.index("body", rule.body) for rule in self._rules}
+        others = [robot for robot in scene.robots if scene.index("body", robot.body) not in bodies]
+        free = {base for robot in others if scene.is_free(base := scene.index("body", robot.body))}
+        ignored = {member for body in bodies | free for member in scene.subtree(body)}
         self._obstacles = obstacle_rectangles(scene, ignored)
         self._model = scene.new_model()
         self._data = mujoco.MjData(self._model)
         self._sites = _site_positions(scene)
         self._placed: list[tuple[PlacementRule, Pose2D]] = []
-        drawn = {rule.body for rule in self._rules}
-        self._taken = [
-            (robot.place.x, robot.place.y, robot.radius)
-            for robot in scene.robots
-            if robot.place is not None and robot.body not in drawn
-        ]
-        """Circles (x, y, radius in m) that a body has to leave free: of robots with a place, and of what is placed."""
+        self._taken = [(*_place_of(robot, scene), robot.radius) for robot in others]
+        """Circles (x, y, radius in m) that a body has to leave free: of all other robots, and of what is placed."""
 
     def run(self) -> Placement:
         for rule in self._rules:
@@ -145,6 +143,16 @@ def check_apart(scene: Scene, data: mujoco.MjData) -> None:
                 f"{scene.path}: the robots {one.name!r} and {other.name!r} stand {distance:.2f} m apart: "
                 f"must be at least {one.radius + other.radius:.2f} m, the sum of their radii"
             )
+
+
+def _place_of(robot: RobotSpec, scene: Scene) -> tuple[float, float]:
+    """Return where a robot stands (x, y in m) whose place is not drawn: at its place, or where its MJCF has it."""
+    if robot.place is not None:
+        return robot.place.x, robot.place.y
+    data = mujoco.MjData(scene.model)
+    mujoco.mj_kinematics(scene.model, data)
+    x, y, _ = data.xpos[scene.index("body", robot.body)].tolist()
+    return x, y
 
 
 def _site_positions(scene: Scene) -> dict[str, tuple[float, float]]:

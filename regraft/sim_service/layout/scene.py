@@ -86,6 +86,12 @@ class Scene:
         """Return whether the body is fixed to the world."""
         return int(self.model.body_weldid[body]) == 0
 
+    def is_free(self, body: int) -> bool:
+        """Return whether the body moves freely, or hangs on one that does."""
+        root = int(self.model.body_rootid[body])
+        joint = int(self.model.body_jntadr[root])
+        return joint >= 0 and int(self.model.jnt_type[joint]) == int(mujoco.mjtJoint.mjJNT_FREE)
+
     def subtree(self, body: int) -> list[int]:
         """Return the body and all bodies that hang on it."""
         members = {body}

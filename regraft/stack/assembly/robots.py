@@ -60,7 +60,10 @@ class Robots:
         single, several = fields.pop(ROBOT, None), fields.pop(ROBOTS, None)
         if single is not None:
             self._apply(SINGLE, ROBOT, single)
-        if several is None or several.value is None:
+        if several is None:
+            return
+        if several.value is None:
+            self._uses = {name: use for name, use in self._uses.items() if name == SINGLE}
             return
         if not isinstance(several.value, dict):
             self.report.add_at(several.location, ROBOTS, f"must be a map of robots by name, is {several.kind}")

@@ -47,6 +47,13 @@ def test_one_robot_can_be_single_beside_others_and_is_first(tmp_path: Path) -> N
     assert architecture.components["navigator"].parameters == {"max_velocity": 0.05}
 
 
+def test_null_removes_the_robots_of_an_included_stack_and_leaves_the_single_one(tmp_path: Path) -> None:
+    base = TWO + "robot: rover\n"
+    architecture = load(rovers(tmp_path, "include: [base.yaml]\nrobots: null\n", base=base)).architecture
+    assert list(architecture.components) == ["world", "eyes", "navigator"]
+    assert [robot["name"] for robot in architecture.components["world"].parameters["robots"]] == [""]
+
+
 def test_a_use_changes_parameters_devices_and_components(tmp_path: Path) -> None:
     uses = "robots:\n  left: {robot: rover, parameters: {speed: 0.1}, components: {navigator: {restart: never}}}\n"
     text = f"{TWO.partition('robots:')[0]}{uses}components:{TWO.partition('components:')[2]}"
