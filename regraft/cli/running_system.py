@@ -15,6 +15,7 @@ from regraft import run_directory
 from regraft.bus.interface import Bus
 from regraft.bus.zenoh_bus import open_bus
 from regraft.cli.terminal.options import chosen_system
+from regraft.cli.terminal.output import complain
 from regraft.cli.topology import Topology, topology
 from regraft.client import Client
 from regraft.client.sending import Sender
@@ -31,8 +32,14 @@ class Reached:
 
     @cached_property
     def known(self) -> Topology:
-        """Components and their connections, asked for once; raises ClientError."""
-        return topology(self.client)
+        """Components and their connections, asked for once; raises Unreachable, ClientError.
+
+        A line on standard error names each component that is left out.
+        """
+        found = topology(self.client)
+        for why in found.silent.values():
+            complain(f"{why}: it is left out")
+        return found
 
     def put(self, key: str, payload: bytes, encoding: str) -> None:
         """Put one message; raises BusError."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
@@ -13,8 +13,8 @@ from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.bus_schema.model.robots.offered_services import offered_services
 from regraft.bus_schema.model.robots.robot_view import ALL, NoSuchRobot, RobotView, robot_view
 from regraft.bus_schema.suggestions import no_such
-from regraft.cli.outcomes import BadInput
-from regraft.client import Client, NoAnswer, NoSuchComponent
+from regraft.cli.outcomes import BadInput, Unreachable
+from regraft.client import Client, ClientError, NoAnswer, NoSuchComponent, NoSuchHost
 
 A = TypeVar("A")
 
@@ -76,7 +76,8 @@ class Offer:
 class Topology:
     """The components of a system as specs, those that hosts run and the others; the stack's topics, hosts and modes.
 
-    ``modes`` has the changes that enter each, as plain data.
+    ``modes`` has the changes that enter each, as plain data. ``silent`` has components that no host runs and that do
+    not describe themselves: the reason by name.
     """
 
     hosted: dict[str, ComponentSpec]
@@ -85,6 +86,7 @@ class Topology:
     hosts: frozenset[str] = frozenset()
     modes: Mapping[str, PlainValue] = field(default_factory=dict)
     view: RobotView = ALL
+    silent: Mapping[str, str] = field(default_factory=dict)
 
     def of_robot(self, robot: str) -> Topology:
         """Return what belongs to one robot, all for an empty name; raises BadInput for an unknown one."""
@@ -100,7 +102,9 @@ class Topology:
         return {name: spec for name, spec in found if self.view.has_component(name)}
 
     def component(self, name: str) -> ComponentSpec:
-        """Return a component; raises BadInput for an unknown one."""
+        """Return a component; raises BadInput for an unknown one, Unreachable for one that is silent."""
+        if name in self.silent:
+            raise Unreachable(self.silent[name])
         return named("component", name, self.components)
 
     def uses(self) -> dict[str, TopicUse]:
@@ -141,7 +145,12 @@ def named(kind: str, name: str, known: Mapping[str, A]) -> A:
 
 
 def topology(client: Client) -> Topology:
-    """Ask who is connected to what; raises ClientError."""
+    """Ask who is connected to what.
+
+    Raises:
+        Unreachable: the first host has just ended.
+        ClientError: it does not answer.
+    """
     seen = client.components(AT_ONCE)
     hosted: dict[str, ComponentSpec] = {}
     topics: dict[str, TopicSpec] = {}
@@ -154,10 +163,12 @@ def topology(client: Client) -> Topology:
             continue
         try:
             view = client.host_view(host.name)
-        except NoAnswer:
-            if host.name == LOCAL:
-                raise
-            continue  # it is lost, or on the way to that: the first host knows what it was to run
+        except (NoAnswer, NoSuchHost) as error:
+            if host.name != LOCAL:
+                continue  # it is lost, or on the way to that: the first host knows what it was to run
+            if isinstance(error, NoSuchHost):
+                raise Unreachable(f"the system has just ended: {error}") from None
+            raise
         hosted |= {spec.name: spec for spec in view.specs}
         topics |= view.architecture.topics
         if host.name == LOCAL:
@@ -165,21 +176,31 @@ def topology(client: Client) -> Topology:
             hosts.update(view.architecture.hosts)
             modes = view.architecture.modes
     hosted = elsewhere | hosted
-    unhosted = {}
-    for name in seen.keys() - hosted.keys():
-        spec = _spec_of(client, name)
-        if spec is not None:
-            unhosted[name] = spec
-    return Topology(hosted, unhosted, topics, frozenset(hosts), modes)
+    unhosted, silent = _specs_of(client, sorted(seen.keys() - hosted.keys()))
+    return Topology(hosted, unhosted, topics, frozenset(hosts), modes, silent=silent)
 
 
-def _spec_of(client: Client, name: str) -> ComponentSpec | None:
-    """Ask a component that no host runs what it is; None if it has just ended."""
-    try:
-        description = client.describe(name)
-        view = client.view(name)
-    except NoSuchComponent:
-        return None
+def _specs_of(client: Client, names: Iterable[str]) -> tuple[dict[str, ComponentSpec], dict[str, str]]:
+    """Ask components that no host runs what they are; of those that do not answer, return why.
+
+    One of them may hang, as in a debugger, and commands about the others have to work.
+    """
+    specs: dict[str, ComponentSpec] = {}
+    silent: dict[str, str] = {}
+    for name in names:
+        try:
+            specs[name] = _spec_of(client, name)
+        except NoSuchComponent:
+            continue  # it has just ended
+        except ClientError as error:
+            silent[name] = str(error)
+    return specs, silent
+
+
+def _spec_of(client: Client, name: str) -> ComponentSpec:
+    """Ask a component that no host runs what it is; raises ClientError."""
+    description = client.describe(name)
+    view = client.view(name)
     connections = {port: topic for port, topic in view.connections.items() if topic != ""}
     return ComponentSpec(
         name,

@@ -102,10 +102,12 @@ def _check(there: Reached, name: str) -> None:
     heard = threading.Event()
     deadline = time.monotonic() + KNOWN_TIMEOUT
     with there.client.topic(name, None, lambda _: heard.set()):
-        while name not in (uses := topology(there.client).uses()):
+        while name not in (uses := (found := topology(there.client)).uses()):
             if heard.wait(LOOK_INTERVAL):
                 return
             if time.monotonic() > deadline:
+                for why in found.silent.values():
+                    complain(f"{why}: it is left out")
                 raise BadInput(
                     f"no component knows the topic {name!r}, and nothing comes on it; {instead_of(name, uses)}"
                 )

@@ -1,0 +1,1 @@
+"""Components and hosts that are silent, absent or elsewhere."""
