@@ -14,10 +14,11 @@ import typer
 from regraft import run_directory
 from regraft.bus.interface import Bus
 from regraft.bus.zenoh_bus import open_bus
+from regraft.cli.outcomes import Unreachable
 from regraft.cli.terminal.options import chosen_system
 from regraft.cli.terminal.output import complain
 from regraft.cli.topology import Topology, topology
-from regraft.client import Client
+from regraft.client import Client, NoSuchComponent
 from regraft.client.sending import Sender
 from regraft.run_directory import RunInfo
 
@@ -41,6 +42,18 @@ class Reached:
             complain(f"{why}: it is left out")
         return found
 
+    @contextmanager
+    def needing(self, component: str) -> Iterator[None]:
+        """Have a block ask a component of the system; raises BadInput for an unknown one.
+
+        One that is known and has no process now, as that of an absent host, is Unreachable in the block.
+        """
+        self.known.component(component)
+        try:
+            yield
+        except NoSuchComponent:
+            raise Unreachable(no_process(component)) from None
+
     def put(self, key: str, payload: bytes, encoding: str) -> None:
         """Put one message; raises BusError."""
         sender = Sender(self.bus, f"{self.client.name}-put")
@@ -48,6 +61,11 @@ class Reached:
             sender.put_payload(key, payload, encoding)
         finally:
             sender.close()
+
+
+def no_process(component: str) -> str:
+    """Return that a component of the system has no process."""
+    return f"component {component!r} has no process now; see 'regraft ps'"
 
 
 def find(ctx: typer.Context, system: str | None) -> RunInfo:

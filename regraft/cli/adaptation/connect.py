@@ -57,9 +57,10 @@ def _connect(
             managing.change(there, change, reason=reason, dry_run=dry_run, as_json=as_json)
             return
         managing.refuse_dry_run(component, dry_run)
-        before = there.client.view(component).connections.get(port)
-        if before != topic:
-            rewire(there, component, port, topic)
+        with there.needing(component):
+            before = there.client.view(component).connections.get(port)
+            if before != topic:
+                rewire(there, component, port, topic)
     if as_json:
         show_json({"component": component, "port": port, "topic": topic, "before": before})
     else:

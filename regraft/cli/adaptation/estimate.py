@@ -73,7 +73,8 @@ def estimate(
         return
     with reached(ctx, system) as there:
         refuse_values(there.known.component(component), asked.parameters, starting=True)
-        qualities = there.client.qualities(component, asked)
+        with there.needing(component):
+            qualities = there.client.qualities(component, asked)
     _show(component, qualities.estimated, qualities.evaluated, qualities.unknown, as_json)
 
 

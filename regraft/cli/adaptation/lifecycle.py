@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -10,7 +10,7 @@ from regraft.bus_schema.messages.protocol.control import ComponentView, SetTrans
 from regraft.bus_schema.model.adaptation import ChangeState
 from regraft.bus_schema.model.lifecycle import Transition, legal
 from regraft.cli.adaptation import managing
-from regraft.cli.running_system import reached
+from regraft.cli.running_system import Reached, no_process, reached
 from regraft.cli.terminal.one_of import one_of
 from regraft.cli.terminal.options import (
     ComponentArgument,
@@ -20,7 +20,8 @@ from regraft.cli.terminal.options import (
     RobotOption,
     SystemOption,
 )
-from regraft.cli.terminal.output import say, show_json, show_table
+from regraft.cli.terminal.output import complain, say, show_json, show_table
+from regraft.client import ClientError, NoSuchComponent
 
 lifecycle = typer.Typer(help="Get and change the states of components.", no_args_is_help=True, rich_markup_mode=None)
 
@@ -40,16 +41,26 @@ def list_states(
         known = there.known.of_robot(robot)
         alive = (name for name in sorted(there.client.components(wait=0.0)) if known.view.has_component(name))
         names = [known.component(component).name] if component else list(alive)
-        views = [there.client.view(name) for name in names]
-    rows = [
-        (view.component, view.state.value, [transition.value for transition in legal(view.state)]) for view in views
-    ]
+        rows = [_row(there, name) for name in names]
     if as_json:
-        shown = [{"component": name, "state": state, "transitions": allowed} for name, state, allowed in rows]
-        show_json({"components": shown})
+        show_json({"components": rows})
         return
-    cells = ((name, state, ", ".join(allowed)) for name, state, allowed in rows)
+    cells = ((row["component"], row["state"], ", ".join(row["transitions"])) for row in rows)
     show_table(("component", "state", "transitions"), cells, empty="no components")
+    for error in (row["error"] for row in rows if row["error"]):
+        complain(error)
+
+
+def _row(there: Reached, component: str) -> dict[str, Any]:
+    state, error = None, ""
+    try:
+        state = there.client.view(component).state
+    except NoSuchComponent:
+        error = no_process(component)
+    except ClientError as failed:
+        error = str(failed)
+    allowed = [transition.value for transition in legal(state)] if state else []
+    return {"component": component, "state": state.value if state else None, "transitions": allowed, "error": error}
 
 
 @lifecycle.command("get")
@@ -57,8 +68,7 @@ def get(
     ctx: typer.Context, component: ComponentArgument, system: SystemOption = None, as_json: JsonOption = False
 ) -> None:
     """Print a component's state."""
-    with reached(ctx, system) as there:
-        there.known.component(component)
+    with reached(ctx, system) as there, there.needing(component):
         state = there.client.view(component).state.value
     if as_json:
         show_json({"component": component, "state": state})
@@ -87,7 +97,8 @@ def set_state(
             managing.change(there, change, reason=reason, dry_run=dry_run, as_json=as_json)
             return
         managing.refuse_dry_run(component, dry_run)
-        view = there.client.control(component, "transition", SetTransition(transition))
+        with there.needing(component):
+            view = there.client.control(component, "transition", SetTransition(transition))
     assert isinstance(view, ComponentView)
     if as_json:
         show_json({"component": component, "state": view.state.value})

@@ -21,6 +21,7 @@ from regraft.cli.terminal.options import JsonOption, ReasonOption, RobotOption, 
 from regraft.cli.terminal.output import complain, say, show_json, show_table
 from regraft.cli.terminal.values import read_document
 from regraft.cli.topology import Topology, named
+from regraft.component.errors import CallFailed
 
 planner = typer.Typer(help="List planners, and ask them for proposals.", no_args_is_help=True, rich_markup_mode=None)
 
@@ -31,17 +32,20 @@ def list_planners(
 ) -> None:
     """List planners, with their strategies and the knobs of each."""
     with reached(ctx, system) as there:
-        found = [_described(there, name) for name in sorted(_planners(there.known.of_robot(robot)))]
+        planners = _planners(there.known.of_robot(robot))
+        found = [_described(there, name, component) for name, component in sorted(planners.items())]
     if as_json:
-        show_json({"planners": [codec.to_plain(described) for described in found]})
+        show_json({"planners": [{**codec.to_plain(described), "error": error} for described, error in found]})
         return
     rows = [
         (described.planner, described.component, strategy.name, _knobs(strategy.knobs))
-        for described in found
+        for described, _ in found
         for strategy in described.strategies
     ]
-    rows += [(described.planner, described.component, "", "") for described in found if not described.strategies]
+    rows += [(described.planner, described.component, "", "") for described, _ in found if not described.strategies]
     show_table(("planner", "component", "strategy", "knobs"), rows, empty="no planners")
+    for error in (error for _, error in found if error):
+        complain(error)
 
 
 @planner.command("propose")
@@ -97,8 +101,12 @@ def _planners(known: Topology) -> dict[str, str]:
     return planners_with(PROPOSE, known.components)
 
 
-def _described(there: Reached, name: str) -> PlannerDescription:
-    return there.client.call(planner_service(name, DESCRIBE), PlannerQuery(), PlannerDescription)
+def _described(there: Reached, name: str, component: str) -> tuple[PlannerDescription, str]:
+    """Return what a planner is, and why no more than its name is known, empty if it has answered."""
+    try:
+        return there.client.call(planner_service(name, DESCRIBE), PlannerQuery(), PlannerDescription), ""
+    except CallFailed as error:
+        return PlannerDescription(name, component), str(error)
 
 
 def _knobs(schema: dict[str, PlainValue]) -> str:

@@ -13,7 +13,7 @@ from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.adaptation import managing
 from regraft.cli.adaptation.mistakes import refuse_values
-from regraft.cli.outcomes import BadInput
+from regraft.cli.outcomes import BadInput, Unreachable
 from regraft.cli.running_system import Reached, reached
 from regraft.cli.terminal.options import (
     ComponentArgument,
@@ -23,8 +23,9 @@ from regraft.cli.terminal.options import (
     RobotOption,
     SystemOption,
 )
-from regraft.cli.terminal.output import say, show_json, show_table
+from regraft.cli.terminal.output import complain, say, show_json, show_table
 from regraft.cli.terminal.values import assignments, value_of
+from regraft.client import ClientError
 
 param = typer.Typer(help="Get, set and list parameters.", no_args_is_help=True, rich_markup_mode=None)
 
@@ -47,13 +48,20 @@ def list_parameters(
         return
     cells = ((r["component"], r["parameter"], r["value"], _range(r), r["unit"], _text(r)) for r in rows)
     show_table(("component", "parameter", "value", "range", "unit", ""), cells, empty="no parameters")
+    for error in dict.fromkeys(row["error"] for row in rows if row["error"]):
+        complain(error)
 
 
 def _parameters(there: Reached, spec: ComponentSpec) -> list[dict[str, Any]]:
     described = spec.description.parameters if spec.description else ()
     if not described:
         return []
-    now = _values(there, spec.name)
+    now: dict[str, PlainValue] = {}
+    error = ""
+    try:
+        now = _values(there, spec.name)
+    except (ClientError, Unreachable) as failed:
+        error = str(failed)
     return [
         {
             "component": spec.name,
@@ -64,13 +72,15 @@ def _parameters(there: Reached, spec: ComponentSpec) -> list[dict[str, Any]]:
             "unit": parameter.unit,
             "read_only": parameter.read_only,
             "description": parameter.description,
+            "error": error,
         }
         for parameter in described
     ]
 
 
 def _values(there: Reached, component: str) -> dict[str, PlainValue]:
-    view = there.client.control(component, "parameters")
+    with there.needing(component):
+        view = there.client.control(component, "parameters")
     assert isinstance(view, ComponentView)
     return view.parameters
 
@@ -97,7 +107,6 @@ def get(
 ) -> None:
     """Print a parameter's value now."""
     with reached(ctx, system) as there:
-        there.known.component(component)
         values = _values(there, component)
     if parameter not in values:
         raise BadInput(f"{component} has no parameter {parameter!r}; {instead_of(parameter, values)}")
@@ -126,7 +135,8 @@ def set_parameters(
             managing.change(there, change, reason=reason, dry_run=dry_run, as_json=as_json)
             return
         managing.refuse_dry_run(component, dry_run)
-        view = there.client.control(component, "parameters", ParameterValues(values))
+        with there.needing(component):
+            view = there.client.control(component, "parameters", ParameterValues(values))
     assert isinstance(view, ComponentView)
     if as_json:
         show_json({"component": component, "parameters": view.parameters})

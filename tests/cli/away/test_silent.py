@@ -81,3 +81,10 @@ def test_what_is_asked_of_the_hung_component_itself_exits_with_3(hung: System, w
     done = regraft(hung.home, *words, "--json")
     assert (done.returncode, done.stdout) == (3, "")
     assert json.loads(done.stderr.splitlines()[-1])["code"] == "not_reachable"
+
+
+def test_states_are_listed_also_where_one_component_hangs(hung: System) -> None:
+    rows = {row["component"]: row for row in hung.ask("lifecycle", "list")["components"]}
+    assert (rows["talker"]["state"], rows["talker"]["error"]) == ("active", "")
+    assert (rows["debugged"]["state"], rows["debugged"]["transitions"]) == (None, [])
+    assert "did not answer" in rows["debugged"]["error"]
