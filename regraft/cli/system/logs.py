@@ -22,9 +22,12 @@ from regraft.cli.system.display import event_line
 from regraft.cli.terminal.numbers import seconds, whole
 from regraft.cli.terminal.options import ComponentArgument, JsonOption, RobotOption, SystemOption, chosen_system
 from regraft.cli.terminal.output import pass_on, say, show_json
+from regraft.client import NoSuchHost
 
 LOOK_INTERVAL = 0.1
 MAX_BYTES = 1024 * 1024
+HOST_LOG = "host"
+"""The name by which the log of this machine's host is shown."""
 
 
 def logs(
@@ -62,7 +65,10 @@ def _ask_host(ctx: typer.Context, system: str | None, component: str, lines: int
     if follow:
         raise BadInput(f"{component} runs on another host: its log can be followed there alone")
     with reached(ctx, system) as there:
-        shown = there.client.logs(component, lines)
+        try:
+            shown = there.client.logs(component, lines)
+        except NoSuchHost as error:
+            raise Unreachable(f"{component} runs on another host, which has its log: {error}") from None
     if as_json:
         show_json({"component": component, "file": None, "lines": shown})
     else:
@@ -71,6 +77,7 @@ def _ask_host(ctx: typer.Context, system: str | None, component: str, lines: int
 
 
 def _is_elsewhere(ctx: typer.Context, system: str | None, component: str) -> bool:
+    """Return whether another host has the process of a component; false if the system cannot be reached."""
     try:
         with reached(ctx, system) as there:
             seen = there.client.components().get(component)
@@ -86,10 +93,11 @@ def _log_file(ctx: typer.Context, system: str | None, component: str) -> Path | 
     folder = run_directory.folder(name) / "logs"
     if not folder.is_dir():
         raise Unreachable(f"no system named {name!r} has run here")
+    # A component may have written a log here before it was moved to another host.
+    if component != HOST_LOG and _is_elsewhere(ctx, system, component):
+        return None
     path = folder / f"{component}.log"
     if not path.exists():
-        if _is_elsewhere(ctx, system, component):
-            return None
         hint = instead_of(component, [found.stem for found in folder.glob("*.log")])
         raise BadInput(f"{name} has no log of {component!r}; {hint} (what 'regraft run' starts logs to its terminal)")
     return path

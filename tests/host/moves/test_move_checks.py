@@ -209,6 +209,19 @@ def test_by_the_command_line_and_seen_by_it(moving: Moving) -> None:
     moving.check()
 
 
+def test_the_log_of_a_moved_component_is_that_of_its_present_host(moving: Moving) -> None:
+    here = Path(os.environ["REGRAFT_HOME"]) / "tests" / "logs" / "totaller.log"
+    assert json.loads(_regraft("logs", "totaller", "--json"))["file"] == str(here)
+    assert moving.adapt(TO_EDGE).outcome is Outcome.APPLIED
+    moving.wait_alone("edge")
+    assert here.exists()
+    assert json.loads(_regraft("logs", "totaller", "--json"))["file"] is None
+    assert moving.adapt(HOME).outcome is Outcome.APPLIED
+    moving.wait_alone("local")
+    assert json.loads(_regraft("logs", "totaller", "--json"))["file"] == str(here)
+    moving.check()
+
+
 def test_a_class_that_is_another_on_the_other_host_is_not_moved(site: Site) -> None:
     text = "from regraft import Component, Parameter\n\n\nclass Part(Component):\n    size = Parameter(1)\n"
     (site.folder / "partly.py").write_text(text)
