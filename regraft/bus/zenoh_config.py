@@ -6,6 +6,7 @@ import contextlib
 import ipaddress
 import json
 import os
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -21,6 +22,8 @@ LEASE = 10_000
 A process that a busy machine keeps from running must not lose its link. Dead processes are seen by their closed
 sockets, hung ones by their heartbeat, lost hosts by their own leases: this one is for pulled cables alone.
 """
+MAX_PORT = 65535
+_PORT = re.compile("[0-9]{1,5}")
 MAX_PENDING = 512
 """Connections to a hub that have not proved themselves yet; further ones are closed. Each takes a file."""
 BLOCKED_PUT = 0.2
@@ -136,6 +139,25 @@ def _tls_settings(tls: Tls) -> dict[str, object]:
 def address_of(endpoint: str) -> str:
     """Return the address of an endpoint, without its protocol."""
     return endpoint.partition("/")[2]
+
+
+def host_and_port(endpoint: str) -> tuple[str, int]:
+    """Return the host, without brackets, and the port of a ``tcp/`` or ``tls/`` endpoint; raises BusError."""
+    host, _, port = address_of(endpoint).rpartition(":")
+    # The resolver takes a number that is too large modulo 65536.
+    if not host or not _PORT.fullmatch(port) or not 0 < int(port) <= MAX_PORT:
+        raise BusError(
+            f"{endpoint!r} is no endpoint; it must look like tls/192.0.2.7:7447 or tls/[2001:db8::7]:7447, "
+            f"with a port from 1 to {MAX_PORT}"
+        )
+    host = host.strip("[]")
+    try:
+        host.encode("idna")  # the resolver does it, too
+    except UnicodeError:
+        raise BusError(
+            f"{endpoint!r} is no endpoint: {host!r} is no name of a host; its parts must have 1 to 63 characters"
+        ) from None
+    return host, int(port)
 
 
 def on_loopback(endpoint: str) -> bool:

@@ -33,12 +33,15 @@ def bind(address: str, port: int) -> socket.socket:
     """Return a socket bound to a loopback address; port 0 takes any that is free.
 
     Raises:
-        CannotServe: the address is not of this machine's loopback, or the port is taken.
+        CannotServe: the address is none, or not of this machine's loopback, or the port is taken.
     """
     try:
         family, _, _, _, resolved = socket.getaddrinfo(address, port, type=socket.SOCK_STREAM)[0]
     except OSError as error:
         raise CannotServe(f"cannot serve at {address!r}: {error.strerror or error}") from None
+    except UnicodeError:
+        # The resolver encodes names first: one with an empty part, or one of over 63 characters, it cannot.
+        raise CannotServe(f"cannot serve at {address!r}: this is no name of a host; use 127.0.0.1") from None
     if not ipaddress.ip_address(str(resolved[0]).partition("%")[0]).is_loopback:
         raise CannotServe(
             f"cannot serve at {address!r}: plain HTTP would show access tokens to the network; use 127.0.0.1, and "

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from regraft.bus.interface import BusError
-from regraft.bus.zenoh_config import Tls, address_of, on_loopback
+from regraft.bus.zenoh_config import Tls, address_of, host_and_port, on_loopback
 from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.security import system_secret
 from regraft.security.credentials import BadCertificate, check_own
@@ -67,11 +67,13 @@ class Guard:
 
     def check(self, endpoint: str) -> None:
         """Raise NotSecure if a link by an endpoint would not be safe, or if it is no endpoint."""
+        protocol = endpoint.partition("/")[0]
         try:
             inside = on_loopback(endpoint)
+            if protocol in ("tcp", "tls"):
+                host_and_port(endpoint)
         except BusError as error:
             raise NotSecure(str(error)) from None
-        protocol = endpoint.partition("/")[0]
         if protocol not in PROTOCOLS:
             raise NotSecure(f"{endpoint}: {protocol!r} is not supported: must be one of {', '.join(PROTOCOLS)}")
         if protocol == "tls" and self.folder is None:

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 from regraft.bus.interface import BusError
-from regraft.bus.zenoh_config import Tls, address_of
+from regraft.bus.zenoh_config import Tls, address_of, host_and_port
 from regraft.process.own_python import own_environment, own_python
 from regraft.security import gate
 
@@ -77,13 +77,11 @@ class Gatekeeper:
 
 
 def _listening(endpoint: str) -> socket.socket:
-    host, _, port = address_of(endpoint).rpartition(":")
-    if not host or not port.isdecimal():
-        raise BusError(f"cannot listen on {endpoint}: must look like tls/192.0.2.7:7447 or tls/[2001:db8::7]:7447")
+    host, port = host_and_port(endpoint)
     try:
-        family, kind, *_, address = socket.getaddrinfo(host.strip("[]"), int(port), type=socket.SOCK_STREAM)[0]
+        family, kind, *_, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         opened = socket.socket(family, kind)
-    except (OSError, OverflowError) as error:
+    except OSError as error:
         raise BusError(f"cannot listen on {endpoint}: {_why(error)}") from None
     try:
         opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -91,11 +89,11 @@ def _listening(endpoint: str) -> socket.socket:
         opened.setsockopt(socket.IPPROTO_TCP, socket.TCP_DEFER_ACCEPT, int(gate.HANDSHAKE_TIMEOUT))
         opened.bind(address)
         opened.listen(BACKLOG)
-    except (OSError, OverflowError) as error:
+    except OSError as error:
         opened.close()
         raise BusError(f"cannot listen on {endpoint}: {_why(error)}") from None
     return opened
 
 
-def _why(error: Exception) -> str:
-    return str((error.strerror if isinstance(error, OSError) else None) or error)
+def _why(error: OSError) -> str:
+    return error.strerror or str(error)

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 
 from regraft.bus.interface import BusError
-from regraft.bus.zenoh_config import Endpoints, Tls
+from regraft.bus.zenoh_config import Endpoints, Tls, host_and_port
 from regraft.security import system_secret
 from regraft.security.credentials import NO_CHECK_TIME, certificate_of, reason_of, why_not_now
 
@@ -34,14 +34,16 @@ def explained(error: BusError, endpoints: Endpoints) -> BusError:
 
 def why_unreachable(endpoint: str, tls: Tls | None) -> str:
     """Return in words why there is no link to an endpoint, as far as it can be found from here; empty if it cannot."""
-    protocol, _, address = endpoint.partition("/")
-    host, _, port = address.rpartition(":")
-    if protocol not in ("tcp", "tls") or not port.isdecimal():
+    protocol = endpoint.partition("/")[0]
+    if protocol not in ("tcp", "tls"):
         return ""
-    host = host.strip("[]")
+    try:
+        host, port = host_and_port(endpoint)
+    except BusError as error:
+        return str(error)
 
     def connected() -> socket.socket:
-        return socket.create_connection((host, int(port)), LOOK_TIMEOUT)
+        return socket.create_connection((host, port), LOOK_TIMEOUT)
 
     try:
         link = connected()

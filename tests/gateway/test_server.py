@@ -38,9 +38,10 @@ def test_only_loopback_is_served(address: str) -> None:
         bind(address, 0)
 
 
-def test_an_address_that_is_none_is_a_clear_error() -> None:
-    with pytest.raises(CannotServe, match="'not an address'"):
-        bind("not an address", 0)
+@pytest.mark.parametrize("address", ["not an address", "robot..lab", f"{'a' * 64}.lab"])
+def test_an_address_that_is_none_is_a_clear_error(address: str) -> None:
+    with pytest.raises(CannotServe, match=f"'{address}'"):
+        bind(address, 0)
 
 
 def test_the_url_is_told_in_status_and_event(site: Site) -> None:

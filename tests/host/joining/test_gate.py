@@ -154,6 +154,12 @@ def test_an_address_in_use_is_told_as_that(lab: Path) -> None:
             Gatekeeper(endpoint, free_endpoint(), _tls(lab, "local"))
 
 
+@pytest.mark.parametrize("address", ["127.0.0.1:74470", "robot..lab:7447"])
+def test_an_address_that_is_none_is_told_as_that(address: str, lab: Path) -> None:
+    with pytest.raises(BusError, match=f"'tls/{address}' is no endpoint"):
+        Gatekeeper(f"tls/{address}", free_endpoint(), _tls(lab, "local"))
+
+
 # --- one gate ---
 
 

@@ -74,6 +74,12 @@ def test_a_host_joins_over_tls_with_the_right_certificate_and_with_no_other(site
         ("tcp/127.0.0.1:7447", Guard(Path("/lab")), "did you mean tls/127.0.0.1:7447"),
         ("udp/192.0.2.7:7447", Guard(), "'udp' is not supported"),
         ("7447", Guard(), "is no endpoint"),
+        ("tls/0.0.0.0:74470", Guard(Path("/lab")), "with a port from 1 to 65535"),
+        ("tcp/127.0.0.1:0", Guard(), "with a port from 1 to 65535"),
+        (f"tcp/127.0.0.1:{'9' * 5000}", Guard(), "with a port from 1 to 65535"),
+        ("tcp/127.0.0.1", Guard(), "with a port from 1 to 65535"),
+        ("tls/robot..lab:7447", Guard(Path("/lab")), "'robot..lab' is no name of a host"),
+        (f"tcp/{'a' * 64}.lab:7447", Guard(insecure=True), "is no name of a host"),
     ],
 )
 def test_an_open_door_is_refused_with_what_would_be_right(endpoint: str, guard: Guard, text: str) -> None:
@@ -106,6 +112,20 @@ def test_up_refuses_to_listen_to_everybody(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
     said = _refusal("up", FROG, "--headless", "--listen", "tcp/0.0.0.0:7447")
     assert "whoever listens in can command the robot" in said
+
+
+@pytest.mark.parametrize(
+    ("address", "text"),
+    [("0.0.0.0:74470", "with a port from 1 to 65535"), ("robot..lab:7447", "'robot..lab' is no name of a host")],
+)
+def test_an_address_that_is_none_is_refused_by_each_command(
+    address: str, text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
+    make_secret(tmp_path / "bus.secret")
+    assert text in _refusal("up", FROG, "--headless", "--listen", f"tls/{address}", "--tls", str(tmp_path))
+    assert text in _refusal("host", "--join", f"tls/{address}", "--name", "edge", "--tls", str(tmp_path))
+    assert text in _refusal("host", "--join", f"tcp/{address}", "--name", "edge", "--insecure")
 
 
 def test_keys_are_readable_by_their_owner_alone_and_the_authority_is_kept(tmp_path: Path) -> None:

@@ -153,3 +153,8 @@ def test_a_link_that_closes_after_the_handshake_is_no_matter_of_secrets(lab: Pat
         assert "closes the link right after the TLS handshake" in why_unreachable(
             f"tls/127.0.0.1:{port}", _tls(lab, "edge")
         )
+
+
+@pytest.mark.parametrize("address", ["127.0.0.1:74470", "robot..lab:7447"])
+def test_an_address_that_is_none_is_told_as_that(address: str) -> None:
+    assert f"'tcp/{address}' is no endpoint" in why_unreachable(f"tcp/{address}", None)
