@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import typer
 from typer.core import TyperGroup
+from typer.exceptions import TyperException
 
 from regraft.bus.interface import BusError
 from regraft.bus_schema.errors import SchemaError
@@ -56,7 +58,8 @@ NAMES = {FAILED: "failed", BAD_INPUT: "bad_input", NOT_REACHABLE: "not_reachable
 
 def as_document(error: Exception, code: int) -> dict[str, Any]:
     """Return an error as ``--json`` shows it: its text for people, its code for programs."""
-    document: dict[str, Any] = {"error": str(error), "code": NAMES[code], "exit_code": code}
+    text = error.format_message() if isinstance(error, TyperException) else str(error)
+    document: dict[str, Any] = {"error": text, "code": NAMES[code], "exit_code": code}
     if isinstance(error, CallFailed):
         refusal = error.code or error.answer
         document["code"] = refusal.value if refusal else "no_answer"
@@ -67,8 +70,34 @@ def as_document(error: Exception, code: int) -> dict[str, Any]:
     return document
 
 
+def _want_json(words: Sequence[str]) -> bool:
+    """Return whether the words of a command line ask for JSON; those behind ``--`` are no options."""
+    return "--json" in (words[: words.index("--")] if "--" in words else words)
+
+
+def _as_object(error: Exception, code: int) -> typer.Exit:
+    """Print an error as an object, and return the end of the command."""
+    show_json(as_document(error, code), compact=True, err=True)
+    return typer.Exit(code)
+
+
 class Commands(TyperGroup):
     """All commands: turns the kit's errors into a message and an exit code."""
+
+    def make_context(self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any) -> Any:
+        """Read the words before the command's name, and note whether JSON is wanted.
+
+        A mistake in what is typed may be found before the option ``--json`` is.
+        """
+        as_json = _want_json(args)
+        try:
+            ctx = super().make_context(info_name, args, parent, **extra)
+        except TyperException as error:
+            if not as_json:
+                raise
+            raise _as_object(error, BAD_INPUT) from None
+        ctx.meta[JSON] = as_json
+        return ctx
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command that was given."""
@@ -76,12 +105,15 @@ class Commands(TyperGroup):
             return super().invoke(ctx)
         except KeyboardInterrupt:
             raise typer.Exit(INTERRUPTED) from None
+        except TyperException as error:
+            if not ctx.meta.get(JSON):
+                raise  # typer shows how the command is used, too
+            raise _as_object(error, BAD_INPUT) from None
         except Exception as error:
             code = exit_code(error)
             if code is None:
                 raise
             if ctx.meta.get(JSON):
-                show_json(as_document(error, code), compact=True, err=True)
-            else:
-                complain(str(error))
+                raise _as_object(error, code) from None
+            complain(str(error))
             raise typer.Exit(code) from None

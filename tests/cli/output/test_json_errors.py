@@ -48,6 +48,39 @@ def test_a_command_prints_its_error_as_an_object(regraft: Regraft) -> None:
     assert regraft("ps", "--system", "ghost").stderr.startswith("regraft: ")
 
 
+MISTYPED = [
+    (("journal", "--limit", "0", "--json"), "'--limit'"),
+    (("ps", "--json", "--sytem", "frog"), "--sytem"),
+    (("param", "get", "battery", "--json"), "PARAMETER"),
+    (("lifecycle", "set", "battery", "activat", "--json"), "did you mean 'activate'?"),
+    (("--sytem", "frog", "ps", "--json"), "--sytem"),
+    (("param", "lst", "--json"), "'lst'"),
+    (("mission", "show", "--json", "frog"), "frog"),
+]
+"""Mistakes that are found while words are read, some before the option ``--json`` is."""
+
+
+@pytest.mark.parametrize(("words", "named"), MISTYPED, ids=[" ".join(words) for words, _ in MISTYPED])
+def test_a_mistake_in_options_is_an_object_too(regraft: Regraft, words: tuple[str, ...], named: str) -> None:
+    found = regraft(*words)
+    assert (found.exit_code, found.stdout) == (BAD_INPUT, "")
+    document = json.loads(found.stderr)
+    assert (document["code"], document["exit_code"]) == ("bad_input", BAD_INPUT)
+    assert named in document["error"]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [("journal", "--limit", "0"), ("--sytem", "frog", "ps"), ("topic", "info", "--", "a", "--json")],
+    ids=" ".join,
+)
+def test_without_the_option_a_mistake_is_shown_with_the_usage(regraft: Regraft, words: tuple[str, ...]) -> None:
+    found = regraft(*words)
+    assert (found.exit_code, found.stdout) == (BAD_INPUT, "")
+    assert found.stderr.startswith("Usage: ")
+    assert "Error: " in found.stderr
+
+
 def test_a_goal_without_a_result_in_time_has_a_code(tiny: System) -> None:
     found = live.regraft(tiny.home, "goal", "send", "wait_for", '{"value": 1e9}', "--timeout", "0.2", "--json")
     assert (found.returncode, json.loads(found.stderr.splitlines()[-1])["code"]) == (FAILED, "no_answer")
