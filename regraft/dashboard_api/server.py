@@ -22,7 +22,7 @@ STOP_TIMEOUT = 3.0
 POLL = 0.005
 BACKLOG = 128
 THREADS = 96
-"""Requests that hold a thread at a time. Of them 48 may wait for an adaptation, a proposal or an objective."""
+"""Requests that hold a thread at a time. Of them 64 may wait: for outcomes, ends, proposals, objectives."""
 
 
 class CannotServe(Exception):

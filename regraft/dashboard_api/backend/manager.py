@@ -41,6 +41,8 @@ A = TypeVar("A")
 
 MAX_WAITING = 16
 """Adaptations whose outcome is being waited for at the same time; every one of them holds a thread."""
+MAX_ENDING = 16
+"""Cancellations and confirmations that are waited for at the same time: places of their own, as they end the others."""
 COME_INTERVAL = 1.0
 """Seconds after which who finds too many waiting may try again."""
 FRESH_FOR = 1.0
@@ -98,6 +100,7 @@ class Manager:
         """Ask through ``services``."""
         self._services = services
         self._waiting = threading.BoundedSemaphore(MAX_WAITING)
+        self._ending = threading.BoundedSemaphore(MAX_ENDING)
         self._reading = threading.Lock()
         self._last_read: Architecture | None = None
         self._read_again_at = 0.0
@@ -114,17 +117,23 @@ class Manager:
     def cancel(self, adaptation: str) -> AdaptationReport:
         """Have an adaptation cancelled; raises Problem."""
         with _showing(self.entry(adaptation)):
-            return self._act("adaptation_manager/cancel", CancelAdaptation(adaptation))
+            return self._end("adaptation_manager/cancel", CancelAdaptation(adaptation))
 
     def confirm(self, adaptation: str) -> AdaptationReport:
         """Have an adaptation that is being confirmed made final; raises Problem."""
         with _showing(self.entry(adaptation)):
-            return self._act("adaptation_manager/confirm", ConfirmAdaptation(adaptation))
+            return self._end("adaptation_manager/confirm", ConfirmAdaptation(adaptation))
 
-    def _act(self, service: str, request: object, longer: float = 0.0) -> AdaptationReport:
-        if not self._waiting.acquire(blocking=False):
-            why = f"{MAX_WAITING} requests are waiting for the outcome of their adaptations already"
-            raise throttled(why, COME_INTERVAL)
+    def _act(self, service: str, request: object, longer: float) -> AdaptationReport:
+        why = f"{MAX_WAITING} requests are waiting for the outcome of their adaptations already"
+        with _place(self._waiting, why):
+            return self._ask(service, request, longer)
+
+    def _end(self, service: str, request: object) -> AdaptationReport:
+        with _place(self._ending, f"{MAX_ENDING} requests are waiting for the end of adaptations already"):
+            return self._ask(service, request)
+
+    def _ask(self, service: str, request: object, longer: float = 0.0) -> AdaptationReport:
         try:
             within = self._services.adaptation_within + longer
             return self._services.ask(service, request, AdaptationReport, within)
@@ -134,7 +143,6 @@ class Manager:
                 raise unavailable(what, NO_ANSWER) from None
             raise
         finally:
-            self._waiting.release()
             self._read_again_at = 0.0
 
     def journal(self, request: JournalRequest) -> JournalPage:
@@ -172,6 +180,17 @@ class Manager:
                 except Problem:
                     self._read_again_at = time.monotonic() + BACK_OFF
             return self._last_read
+
+
+@contextmanager
+def _place(places: threading.BoundedSemaphore, why_full: str) -> Iterator[None]:
+    """Hold one of the places meanwhile; raises Problem if none is free."""
+    if not places.acquire(blocking=False):
+        raise throttled(why_full, COME_INTERVAL)
+    try:
+        yield
+    finally:
+        places.release()
 
 
 @contextmanager
