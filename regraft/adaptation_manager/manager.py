@@ -111,7 +111,10 @@ class AdaptationManager(Component):
 
     @service(ADAPT)
     async def adapt(self, request: AdaptationRequest) -> AdaptationReport:
-        """Carry out an adaptation; answers with what became of it, or at once if ``wait`` is False."""
+        """Carry out an adaptation; answers with what became of it, or at once if ``wait`` is False.
+
+        A dry run is always waited for.
+        """
         await self._gate.passed(self.queue_limit)
         if request.key and not request.dry_run:
             known = self._same_key(request)
@@ -284,7 +287,7 @@ class AdaptationManager(Component):
         return entry
 
     async def _answer(self, entry: Entry, request: AdaptationRequest) -> AdaptationReport:
-        if request.wait:
+        if request.wait or request.dry_run:  # a dry run has no line of the journal: its report could not be read later
             return await entry.ended()
         self._worker.keep_end()  # the answer has the number before there is a line of it: nobody else may get it
         return self._pending(entry)

@@ -56,3 +56,14 @@ def test_an_adaptation_can_be_ended_while_all_places_to_wait_are_taken(
     for thread in threads:
         thread.join(PATIENCE)
     assert len(answers) == 16
+
+
+def test_a_dry_run_answers_with_what_was_checked_also_if_none_waits_for_it(real: tuple[System, httpx.Client]) -> None:
+    _, http = real
+    at_once = {"Prefer": "respond-async"}
+    planned = http.post("/adaptations?dry_run=true", json=gain(0.1), headers=at_once)
+    assert planned.status_code == 200
+    assert [step["state"] for step in planned.json()["steps"]] == ["planned"]
+    assert planned.json()["architecture"]["components"]["listener"]["parameters"]["gain"] == 0.1
+    refused = http.post("/adaptations?dry_run=true", json=gain(7.0), headers=at_once)
+    assert (refused.status_code, refused.json()["violations"][0]["field"]) == (409, "parameters.gain")

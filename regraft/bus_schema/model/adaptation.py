@@ -164,9 +164,9 @@ class AdaptationRequest:
     """A request for changes. ``revision`` is the one that the caller saw; stale is refused.
 
     ``key`` makes a repeated request the same adaptation. A dry run touches nothing. ``wait`` False answers as soon as
-    the request is queued. ``context`` has the circumstances of the request: a map of plain data for the journal's
-    readers. It has at most the size 16,384, where a text counts its characters and any other value 8. The parameters
-    of a change may have the size 500,000.
+    the request is queued; a dry run is always waited for. ``context`` has the circumstances of the request: a map of
+    plain data for the journal's readers. It has at most the size 16,384, where a text counts its characters and any
+    other value 8. The parameters of a change may have the size 500,000.
 
     ``confirm`` seconds of the components' clock, if any, it is watched before it is final. It is undone if one of its
     components fails, or if a condition of ``watch`` does not hold; a text among these is a requirement.
