@@ -12,15 +12,25 @@ from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.bus_schema.encoding.registry import type_of
 
 WAIT_FOR_READER = 0.2
-"""Seconds that the first sample at a key waits for somebody to subscribe."""
+"""Seconds after which a new key waits no longer for somebody to subscribe."""
 MATCH_POLL = 0.002
 
 
 @dataclass(slots=True)
 class _Line:
     publisher: Publisher
+    wait_until: float
+    """When the wait for a reader is over, by the monotonic clock; in the past once there was one."""
     sequence: int = 0
     lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def wait_for_reader(self) -> None:
+        """Wait until somebody subscribes, at most until the line's time for that is over."""
+        while time.monotonic() < self.wait_until:
+            if self.publisher.matched:
+                self.wait_until = 0.0
+                return
+            time.sleep(MATCH_POLL)
 
 
 class Sender:
@@ -40,9 +50,8 @@ class Sender:
     def put_payload(self, key: str, payload: bytes, encoding: str) -> None:
         """Put a message that is encoded already; raises BusError."""
         line = self._line(key, encoding)
+        line.wait_for_reader()  # outside the lock: others that put at the key wait at the same time, not one by one
         with line.lock:
-            if line.sequence == 0:
-                _wait_for_reader(line.publisher)
             line.sequence += 1
             envelope = Envelope(self._source, 1, 1, line.sequence, time.time_ns())
             line.publisher.put(payload, envelope.to_bytes())
@@ -55,16 +64,15 @@ class Sender:
     def reaches(self, key: str, encoding: str) -> bool:
         """Return whether somebody subscribes to a key; whether it was put at before or not. Raises BusError."""
         line = self._line(key, encoding)
-        with line.lock:
-            if line.sequence == 0:
-                _wait_for_reader(line.publisher)
+        line.wait_for_reader()
         return line.publisher.matched
 
     def _line(self, key: str, encoding: str) -> _Line:
         with self._lock:
             line = self._lines.get(key)
             if line is None:
-                line = self._lines[key] = _Line(self._bus.publisher(key, encoding, reliable=True))
+                publisher = self._bus.publisher(key, encoding, reliable=True)
+                line = self._lines[key] = _Line(publisher, time.monotonic() + WAIT_FOR_READER)
             return line
 
     def close(self) -> None:
@@ -73,9 +81,3 @@ class Sender:
             for line in self._lines.values():
                 line.publisher.close()
             self._lines.clear()
-
-
-def _wait_for_reader(publisher: Publisher) -> None:
-    deadline = time.monotonic() + WAIT_FOR_READER
-    while not publisher.matched and time.monotonic() < deadline:
-        time.sleep(MATCH_POLL)
