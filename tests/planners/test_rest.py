@@ -112,6 +112,15 @@ def test_an_unknown_planner_is_not_found(served: Served) -> None:
     assert "did you mean 'bandits'?" in response.json()["detail"]
 
 
+def test_a_planner_that_was_just_added_can_be_asked(served: Served) -> None:
+    services = {f"planners/{{name}}/{verb}": planner_service("second", verb) for verb in ("propose", "describe")}
+    served.site.start(BanditPlanner, "second", services=services)
+    assert len(served.http.get("/planners").json()["planners"]) == 1  # the gateway keeps this for a second
+    added = replace(spec(BanditPlanner, "second"), services=services)
+    served.manager.architecture = served.manager.architecture.with_component(added)
+    assert served.propose("/planners/second/propose").status_code == 200
+
+
 def test_a_planner_that_is_gone_is_unavailable_and_said_in_the_list(served: Served) -> None:
     served.site.set_parameters("gateway", {"answer_within": 0.5, "adaptation_within": 0.5})
     served.site.stop("bandits")

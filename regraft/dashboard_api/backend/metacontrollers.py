@@ -18,7 +18,9 @@ from regraft.dashboard_api.backend.manager import Manager, Services
 from regraft.dashboard_api.backend.planners import planners
 from regraft.dashboard_api.http.problems import (
     NO_ANSWER,
+    NOT_FOUND,
     QUEUE_FULL,
+    UNAVAILABLE,
     Problem,
     malformed,
     not_found,
@@ -41,9 +43,12 @@ class Metacontrollers:
         self._manager = manager
         self._waiting = threading.BoundedSemaphore(MAX_WAITING)
 
-    def known(self, robot: str = "") -> Mapping[str, str]:
-        """Return the components that are metacontrollers, all or a robot's, by planner; raises Problem."""
-        return planners(self._manager, ADD, robot)
+    def known(self, robot: str = "", *, current: bool = False) -> Mapping[str, str]:
+        """Return the components that are metacontrollers, all or a robot's, by planner; raises Problem.
+
+        They may be a second old, unless they have to be ``current``.
+        """
+        return planners(self._manager, ADD, robot, current=current)
 
     def ask(self, planner: str, robot: str, verb: str, request: object, reply: type[A]) -> A:
         """Ask the metacontroller that is meant, or the only one; raises Problem."""
@@ -55,7 +60,7 @@ class Metacontrollers:
 
     def change(self, planner: str, robot: str, verb: str, request: object, reply: type[A]) -> A:
         """Have the metacontroller that is meant, or the only one, change something; raises Problem."""
-        meant = self.meant(planner, robot)
+        meant = self._meant_now(planner, robot)
         if not self._waiting.acquire(blocking=False):
             raise unavailable(f"{MAX_WAITING} requests are waiting for their objectives already", QUEUE_FULL)
         try:
@@ -68,10 +73,19 @@ class Metacontrollers:
         finally:
             self._waiting.release()
 
-    def meant(self, planner: str, robot: str) -> str:
+    def _meant_now(self, planner: str, robot: str) -> str:
+        """Return what ``meant`` does, also of one that was just added; raises Problem."""
+        try:
+            return self.meant(planner, robot)
+        except Problem as problem:
+            if problem.kind not in (NOT_FOUND, UNAVAILABLE):
+                raise
+        return self.meant(planner, robot, current=True)
+
+    def meant(self, planner: str, robot: str, *, current: bool = False) -> str:
         """Return the full name of the metacontroller that is meant, or of the only one; raises Problem."""
         try:
-            return metacontroller(self.known(robot), planner)
+            return metacontroller(self.known(robot, current=current), planner)
         except NoMetacontroller as error:
             raise unavailable(str(error)) from None
         except NoSuchMetacontroller as error:

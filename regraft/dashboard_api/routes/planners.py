@@ -93,6 +93,8 @@ def routes(services: Services, manager: Manager) -> APIRouter:
         asked = built(ProposalRequest, actor=actor(request, x_regraft_actor), **body)
         found = _planners(manager)
         if name not in found:
+            found = _planners(manager, current=True)
+        if name not in found:
             raise not_found(f"there is no planner {name!r}; {instead_of(name, found)}")
         if not waiting.acquire(blocking=False):
             raise unavailable(f"{MAX_WAITING} requests are waiting for proposals already", QUEUE_FULL)
@@ -114,9 +116,9 @@ def _proposed(services: Services, name: str, asked: ProposalRequest) -> Proposal
         raise
 
 
-def _planners(manager: Manager, robot: str = "") -> Mapping[str, str]:
+def _planners(manager: Manager, robot: str = "", *, current: bool = False) -> Mapping[str, str]:
     """Return the components that are planners, by the names of the planners; raises Problem."""
-    return planners(manager, PROPOSE, robot)
+    return planners(manager, PROPOSE, robot, current=current)
 
 
 def _line(services: Services, name: str, component: str) -> PlannerLine:

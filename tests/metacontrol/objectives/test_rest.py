@@ -67,6 +67,15 @@ def served() -> Iterator[Served]:
     site.close()
 
 
+def test_the_first_metacontroller_can_be_asked_just_after_it_was_added(served: Served) -> None:
+    added = served.manager.architecture
+    without = {name: spec for name, spec in added.components.items() if name != "metacontrol"}
+    served.manager.architecture = replace(added, components=without)
+    wait_until(lambda: not served.lines(), "the gateway keeps an architecture without a metacontroller")
+    served.manager.architecture = added
+    assert served.add(skill="to_navigate", name="patrol").status_code == 201
+
+
 def test_an_objective_is_created_and_shown_with_what_provides_it(served: Served) -> None:
     created = served.add(skill="to_navigate", name="patrol 1", requirements={"safety": 0.8})
     assert created.status_code == 201
