@@ -116,17 +116,11 @@ class AdaptationManager(Component):
         A dry run is always waited for.
         """
         await self._gate.passed(self.queue_limit)
-        if request.key and not request.dry_run:
-            known = self._same_key(request)
-            if isinstance(known, AdaptationReport):
-                return known
-            if known is not None:
-                return await self._answer(known, request)
-        return await self._answer(self._enqueue(request, None), request)
+        return await self._carried_out(request, None)
 
     @service(UNDO)
     async def undo(self, wanted: UndoAdaptation) -> AdaptationReport:
-        """Undo an applied adaptation by a new one, or report what that would do."""
+        """Undo an applied adaptation by a new one, or report what that would do; answers as ``adapt`` does."""
         await self._gate.passed(self.queue_limit)
         undone = self._line_of(wanted.id)
         if undone is None or undone.outcome in OPEN:
@@ -140,12 +134,15 @@ class AdaptationManager(Component):
             (),
             reason,
             wanted.actor,
+            wanted.revision,
+            wanted.key,
             dry_run=wanted.dry_run,
+            wait=wanted.wait,
             undoes=undone.id,
             confirm=wanted.confirm,
             watch=wanted.watch,
         )
-        return await self._enqueue(request, lambda r: undo_of(undone, r, self._store.ready(), self._current())).ended()
+        return await self._carried_out(request, lambda r: undo_of(undone, r, self._store.ready(), self._current()))
 
     @service(CANCEL)
     async def cancel(self, wanted: CancelAdaptation) -> AdaptationReport:
@@ -262,10 +259,16 @@ class AdaptationManager(Component):
         if known is None and self._store.journal is not None:
             written = self._read(lambda j: j.by_key(request.key))
             known = self._store.line(written) if written is not None else None
-        if known is not None and replace(known.request, wait=True) != replace(request, wait=True):
+        if known is not None and not _is_same(known.request, request):
             why = f"idempotency key {request.key!r} was used for another request"
             raise RequestRefused(why, RefusalCode.KEY_REUSED)
         return known
+
+    async def _carried_out(self, request: AdaptationRequest, prepare: Prepare | None) -> AdaptationReport:
+        known = self._same_key(request) if request.key and not request.dry_run else None
+        if isinstance(known, AdaptationReport):
+            return known
+        return await self._answer(known or self._enqueue(request, prepare), request)
 
     def _enqueue(self, request: AdaptationRequest, prepare: Prepare | None) -> Entry:
         waiting = self._queue.waiting
@@ -294,6 +297,12 @@ class AdaptationManager(Component):
 
     def _pending(self, entry: Entry) -> AdaptationReport:
         return pending(entry, self._current().revision, self.kit.now(), self.kit.tick)
+
+
+def _is_same(known: AdaptationRequest, request: AdaptationRequest) -> bool:
+    """Return whether a request is that of a known adaptation; the changes of an undo are found as it is carried out."""
+    is_undo = request.undoes and not request.changes
+    return replace(known, wait=True, changes=() if is_undo else known.changes) == replace(request, wait=True)
 
 
 def _number(given: str) -> int | None:

@@ -167,9 +167,9 @@ class System:
         """Ask for an adaptation and wait for its end."""
         return self.client.call(service, AdaptationRequest(changes, **more), AdaptationReport, PATIENCE)
 
-    def undo(self, adaptation: str, *, dry_run: bool = False) -> AdaptationReport:
+    def undo(self, adaptation: str, **more: Any) -> AdaptationReport:
         """Ask for an adaptation to be undone, or what that would do."""
-        request = UndoAdaptation(adaptation, dry_run=dry_run)
+        request = UndoAdaptation(adaptation, **more)
         return self.client.call("adaptation_manager/undo", request, AdaptationReport, PATIENCE)
 
     def cancel(self, adaptation: str) -> AdaptationReport:

@@ -183,7 +183,14 @@ class ScriptedManager(Component):
         if line.outcome is not Outcome.APPLIED:
             raise RequestRefused(f"adaptation {line.id} was not applied: {line.outcome.value}", RefusalCode.CONFLICT)
         inverse = AdaptationRequest(
-            line.request.changes, request.reason, request.actor, dry_run=request.dry_run, undoes=line.id
+            line.request.changes,
+            request.reason,
+            request.actor,
+            request.revision,
+            request.key,
+            request.dry_run,
+            request.wait,
+            line.id,
         )
         return self._carry_out(inverse)
 

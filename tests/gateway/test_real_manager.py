@@ -67,3 +67,20 @@ def test_a_dry_run_answers_with_what_was_checked_also_if_none_waits_for_it(real:
     assert planned.json()["architecture"]["components"]["listener"]["parameters"]["gain"] == 0.1
     refused = http.post("/adaptations?dry_run=true", json=gain(7.0), headers=at_once)
     assert (refused.status_code, refused.json()["violations"][0]["field"]) == (409, "parameters.gain")
+
+
+def test_an_undo_takes_the_headers_of_an_adaptation(real: tuple[System, httpx.Client]) -> None:
+    _, http = real
+    applied = http.post("/adaptations", json=gain(0.1)).json()["id"]
+    path, key = f"/adaptations/{applied}/undo", {"Idempotency-Key": "the same"}
+    stale = http.post(path, headers={"If-Match": '"1"'})
+    assert (stale.status_code, stale.json()["type"]) == (412, "urn:regraft:problem:stale-revision")
+    assert http.post(path, headers={"If-Match": "one"}).status_code == 422
+    begun = http.post(path, headers={**key, "If-Match": '"2"', "Prefer": "respond-async"})
+    assert (begun.status_code, begun.json()["outcome"]) == (202, "pending")
+    undone = http.post(path, headers={**key, "If-Match": '"2"'})
+    assert (undone.status_code, undone.json()["outcome"]) == (200, "applied")
+    assert undone.headers["location"] == begun.headers["location"]
+    assert http.post(path, headers={**key, "If-Match": '"2"'}).json() == undone.json()
+    other = http.post(path, headers=key)
+    assert (other.status_code, other.json()["type"]) == (422, "urn:regraft:problem:idempotency-key-reused")

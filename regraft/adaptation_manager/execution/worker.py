@@ -19,7 +19,7 @@ from regraft.adaptation_manager.journal.architecture_store import ArchitectureSt
 from regraft.adaptation_manager.journal.journal import JournalCorrupt, JournalError
 from regraft.adaptation_manager.journal.publisher import JournalPublisher
 from regraft.adaptation_manager.journal.reports import pending
-from regraft.adaptation_manager.planning.checks import check
+from regraft.adaptation_manager.planning.checks import check, stale_revision
 from regraft.adaptation_manager.planning.estimate import estimated
 from regraft.adaptation_manager.planning.mode_status import read_modes
 from regraft.adaptation_manager.planning.modes import meant
@@ -207,6 +207,7 @@ class Worker:
         found: tuple[Violation, ...] = ()
         if entry.prepare is not None:
             entry.request, found = entry.prepare(entry.request)
+            found = (*stale_revision(entry.request, current), *found)
         plan = Plan(current, current)
         if not found:
             found, plan = await check(entry.request, current, self._controls, self._hosts, self._kit.name)

@@ -121,11 +121,16 @@ def _plan(draft: Draft, change: Change) -> None:
         PLANNERS[change.change](draft, change)
 
 
+def stale_revision(request: AdaptationRequest, architecture: Architecture) -> list[Violation]:
+    """Return the violation of a request that was decided for an earlier revision, if it was."""
+    if request.revision in (None, architecture.revision):
+        return []
+    problem = f"revision {request.revision} is stale: the architecture is at revision {architecture.revision}"
+    return [Violation(None, "", "revision", problem)]
+
+
 def _of_request(request: AdaptationRequest, architecture: Architecture) -> list[Violation]:
-    found = []
-    if request.revision is not None and request.revision != architecture.revision:
-        problem = f"revision {request.revision} is stale: the architecture is at revision {architecture.revision}"
-        found.append(Violation(None, "", "revision", problem))
+    found = stale_revision(request, architecture)
     if not request.changes:
         found.append(Violation(None, "", "changes", "is empty: an adaptation needs at least one change"))
     return found

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 from fastapi import Depends, Header, Query, Request
 
+from regraft.bus_schema.messages.management.manager import UndoAdaptation
 from regraft.bus_schema.model.adaptation import AdaptationRequest
 from regraft.dashboard_api.http.authentication import CALLER, Caller
 from regraft.dashboard_api.http.body import built
@@ -45,6 +46,19 @@ class AdaptationHeaders:
             revision=revision if self.revision is None else self.revision,
             key=self.key,
             dry_run=self.dry_run,
+            wait=self.wait,
+            **fields,
+        )
+
+    def undo(self, adaptation: str, fields: dict[str, Any]) -> UndoAdaptation:
+        """Return the undo of an adaptation under these headers, with the other fields of a body; raises Problem."""
+        return built(
+            UndoAdaptation,
+            adaptation,
+            self.actor,
+            dry_run=self.dry_run,
+            revision=self.revision,
+            key=self.key,
             wait=self.wait,
             **fields,
         )

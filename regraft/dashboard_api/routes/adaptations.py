@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Path, Query, Request, Response
+from fastapi import APIRouter, Path, Query, Response
 
-from regraft.bus_schema.messages.management.manager import JournalRequest, UndoAdaptation
+from regraft.bus_schema.messages.management.manager import JournalRequest
 from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome
 from regraft.dashboard_api.backend.manager import Manager
 from regraft.dashboard_api.backend.outcomes import answer, declared_outcomes
 from regraft.dashboard_api.backend.views import JournalView
-from regraft.dashboard_api.http.adaptation_headers import ActorHeader, Asked, DryRun, actor
+from regraft.dashboard_api.http.adaptation_headers import Asked
 from regraft.dashboard_api.http.body import JsonRoute
 from regraft.dashboard_api.http.bus_types import Shown
 from regraft.dashboard_api.http.problems import CONFLICT, Problem, declared
@@ -52,19 +52,14 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
 
     @router.post(
         "/adaptations/{id}/undo",
-        responses={**declared_outcomes(), **declared(404, 409, 413, 415, 422, 429, 503)},
+        responses={**declared_outcomes(), **declared(404, 409, 412, 413, 415, 422, 429, 503)},
     )
-    def undo(
-        request: Request,
-        adaptation: Id,
-        body: UndoBody,
-        response: Response,
-        dry_run: DryRun = False,
-        x_regraft_actor: ActorHeader = "",
-    ) -> Shown[AdaptationReport]:
-        """Undo an applied adaptation by a new one."""
-        wanted = UndoAdaptation(adaptation, actor(request, x_regraft_actor), dry_run=dry_run, **body)
-        return answer(manager.undo(wanted), response, prefix)
+    def undo(adaptation: Id, body: UndoBody, asked: Asked, response: Response) -> Shown[AdaptationReport]:
+        """Undo an applied adaptation by a new one, under the headers of any adaptation.
+
+        The same key undoes once: a repeated request gets the answer of the first.
+        """
+        return answer(manager.undo(asked.undo(adaptation, body)), response, prefix, if_match=asked.revision is not None)
 
     @router.post(
         "/adaptations/{id}/confirm",

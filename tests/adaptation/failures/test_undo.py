@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from regraft import CallFailed
+from regraft import CallFailed, RefusalCode
 from regraft.bus_schema.messages.management.manager import ArchitectureRequest
 from regraft.bus_schema.model.adaptation import ChangeState, Connect, Outcome, SetParameters
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.lifecycle import State, Transition
+from tests.adaptation.parts import Fragile
 from tests.adaptation.system import System
 
 
@@ -107,3 +108,48 @@ def test_only_an_applied_adaptation_can_be_undone(system: System) -> None:
         system.undo("1")
     with pytest.raises(CallFailed, match="no ended adaptation"):
         system.undo("99")
+
+
+def test_the_same_key_is_the_same_undo_across_a_restart_of_the_manager(system: System) -> None:
+    done = system.adapt(SetParameters("listener", {"gain": 0.9}))
+    undone = system.undo(done.id, key="k1")
+    assert undone.outcome is Outcome.APPLIED, undone
+    assert system.undo(done.id, key="k1", wait=False) == undone
+    system.running["manager"].kill()
+    system.start_manager()
+    assert system.undo(done.id, key="k1") == undone
+    assert system.undo(done.id).outcome is Outcome.REJECTED
+
+
+def test_the_key_of_another_request_undoes_nothing(system: System) -> None:
+    done = system.adapt(SetParameters("listener", {"gain": 0.9}), key="k1")
+    later = system.adapt(SetParameters("talker", {"rate": 10.0}))
+    assert system.undo(later.id, key="k2").outcome is Outcome.APPLIED
+    for adaptation, key, reason in ((done.id, "k1", ""), (done.id, "k2", ""), (later.id, "k2", "another")):
+        with pytest.raises(CallFailed) as refused:
+            system.undo(adaptation, key=key, reason=reason)
+        assert refused.value.code is RefusalCode.KEY_REUSED
+    assert system.view("listener").parameters["gain"] == 0.9
+
+
+def test_an_undo_of_an_earlier_revision_is_refused_for_it_first(system: System) -> None:
+    done = system.adapt(SetParameters("listener", {"gain": 0.9}))
+    system.adapt(SetParameters("listener", {"gain": 0.8}))
+    stale = system.undo(done.id, revision=2)
+    assert stale.outcome is Outcome.REJECTED
+    assert [violation.field for violation in stale.violations] == ["revision", "parameters.gain"]
+    assert [violation.field for violation in system.undo(done.id, revision=3).violations] == ["parameters.gain"]
+
+
+def test_an_undo_that_none_waits_for_is_answered_at_once_and_carried_out(bare_system: System) -> None:
+    system = bare_system
+    system.start_manager(answer_within=5.0)
+    done = system.adapt(SetParameters("listener", {"gain": 0.9}))
+    system.adapt(SetParameters("fragile", {"mood": "hangs"}))
+    system.adapt(SetParameters("fragile", {"level": 1}), wait=False)
+    pending = system.undo(done.id, key="k1", wait=False)
+    assert pending.outcome is Outcome.PENDING
+    assert system.undo(done.id, key="k1", wait=False).id == pending.id
+    Fragile.release.set()
+    assert system.undo(done.id, key="k1").id == pending.id
+    assert system.lines(id=pending.id).entries[0].outcome is Outcome.APPLIED

@@ -17,7 +17,8 @@ from regraft.bus_schema.model.watched import Condition
 class UndoAdaptation:
     """Undo an applied adaptation by a new one; a dry run gives that one's plan, and touches nothing.
 
-    ``confirm`` and ``watch`` are those of the new one.
+    The other fields are those of the new one, as in an ``AdaptationRequest``: a repeated request with its ``key`` is
+    the same undo.
     """
 
     id: str
@@ -26,6 +27,9 @@ class UndoAdaptation:
     dry_run: bool = False
     confirm: Annotated[Seconds, Bounds(0.0, 86_400.0)] = 0.0
     watch: tuple[Condition, ...] = ()
+    revision: Count | None = None
+    key: Annotated[str, Text(200)] = ""
+    wait: bool = True
 
 
 @message("regraft/CancelAdaptation")
