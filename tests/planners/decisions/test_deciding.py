@@ -88,6 +88,17 @@ def test_the_bandits_learn_from_the_utility_that_they_measure_themselves(tmp_pat
         assert credit["utility"] == pytest.approx(0.4)
 
 
+def test_a_dry_decision_leaves_the_measuring_of_what_stands(tmp_path: Path) -> None:
+    with bench(tmp_path, "bandits") as on:
+        on.dark(0.2)
+        first = on.propose()
+        assert "credit" not in on.propose(apply=False).choice
+        on.dark(0.2, seconds=4.0)
+        assert "credit" not in on.propose(apply=False).choice
+        credit = on.propose().choice["credit"]
+        assert (credit["ticket"], credit["utility"]) == (first.ticket, pytest.approx(0.4))
+
+
 def test_the_figures_of_what_was_chosen_are_part_of_its_measured_utility(tmp_path: Path) -> None:
     text = PACE.replace(
         "  pace: {component: navigator, parameter: max_velocity, values: [0.1, 0.18, 0.26]}",

@@ -151,11 +151,14 @@ class BanditPlanner(DecidingPlanner):
                 request = self.in_context(request, decision, situation, standing)
                 context = numbers_of(situation)
                 options = await self.kit.compute(options_in, question, self.most_options)
-                measured, unknown = self._meters.credit(request.task)
-                credit = credit or measured
-                if credit is None and unknown:
-                    question.notes.append(f"the choice before has no credit: {unknown}")
+                if request.apply:
+                    measured, unknown = self._meters.credit(request.task)
+                    credit = credit or measured
+                    if credit is None and unknown:
+                        question.notes.append(f"the choice before has no credit: {unknown}")
             memory.check(asked.strategy, knobs, options, context)
+            if decision is not None and request.apply:
+                self._meters.end(request.task)
             told = memory.credit(credit, architecture) if credit else None
             seed = f"{self.kit.seed}/{self.seed}"
             chosen = memory.choose(asked.strategy, knobs, asked.slots, options, context, seed)

@@ -42,12 +42,16 @@ class Meters:
     by_task: dict[str, Meter] = field(default_factory=dict)
 
     def credit(self, task: str) -> tuple[Credit | None, str]:
-        """Return the credit of a task's present choice, None if nothing was measured, and then why."""
-        meter = self.by_task.pop(task, None)
+        """Return the credit of a task's present choice so far, None if nothing was measured, and then why."""
+        meter = self.by_task.get(task)
         if meter is None:
             return None, ""
         earned = meter.credit()
         return (read_credit(earned), "") if earned else (None, meter.unknown)
+
+    def end(self, task: str) -> None:
+        """Measure a task's present choice no longer."""
+        self.by_task.pop(task, None)
 
     def begin(self, task: str, decision: Decision, option: Option, ticket: str, since: float) -> None:
         """Measure a choice from now on."""

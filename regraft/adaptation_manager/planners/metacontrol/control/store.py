@@ -152,7 +152,7 @@ class ObjectiveStore:
         return [
             {
                 "given": codec.to_plain(entry.given),
-                "had_owner": bool(entry.owners) or entry.ownerless_since is not None,
+                "had_owner": bool(entry.owners) or entry.released or entry.ownerless_since is not None,
                 "is_kept": entry.is_kept,
                 "progress": entry.progress.value,
                 "attempts": [codec.to_plain(each) for each in entry.attempts],
