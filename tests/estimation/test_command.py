@@ -31,6 +31,10 @@ components:
 modes:
   slow:
     - {change: set_parameters, component: source, parameters: {rate: 1.0}}
+  awake:
+    - {change: transition, component: source, transition: activate}
+    - {change: transition, component: other, transition: deactivate}
+    - {change: set_parameters, component: source, parameters: {rate: 1.0}}
 """
     )
     return str(file)
@@ -64,6 +68,7 @@ def test_a_whole_stack_is_predicted(small: str) -> None:
         ("source.state=inactive", None),
         ("source.class=tests.estimation.parts:Raising", None),
         ("{change: mode, mode: slow}", 0.5),
+        ("{change: mode, mode: awake}", 0.5),
         ("{change: set_parameters, component: first, parameters: {share: 1.0}}", 10.0),
     ],
 )

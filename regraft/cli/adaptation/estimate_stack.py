@@ -14,6 +14,7 @@ from regraft.bus_schema.model.adaptation import AdaptationRequest, Change, Enter
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.consistency import violations
 from regraft.bus_schema.model.lifecycle import State, Transition, route
+from regraft.bus_schema.model.modes.modes import as_needed
 from regraft.bus_schema.model.qualities.estimates import Figure, Source
 from regraft.bus_schema.suggestions import instead_of, no_such
 from regraft.cli.adaptation.mistakes import mistakes
@@ -88,7 +89,9 @@ def _lines(before: Architecture, after: Architecture, now: Estimation, then: Est
 
 
 def _after(before: Architecture, texts: Sequence[str]) -> Architecture:
-    meant = [change for text in texts for change in _with_modes(_change(text, before), before)]
+    meant: list[Change] = []
+    for text in texts:
+        meant += _with_modes(_change(text, before), before, meant)
     known = Topology(dict(before.components), {}, before.topics, frozenset(before.hosts), before.modes)
     problems = [
         f"--change {texts[index] if len(meant) == len(texts) else index}: {why}"
@@ -107,12 +110,13 @@ def _after(before: Architecture, texts: Sequence[str]) -> Architecture:
     return after
 
 
-def _with_modes(change: Change, architecture: Architecture) -> tuple[Change, ...]:
+def _with_modes(change: Change, architecture: Architecture, earlier: Sequence[Change]) -> tuple[Change, ...]:
     if not isinstance(change, EnterMode):
         return (change,)
     if change.mode not in architecture.modes:
         raise BadInput(f"--change: {no_such('mode', change.mode, architecture.modes)}")
-    return codec.from_plain({"changes": architecture.modes[change.mode]}, AdaptationRequest).changes
+    changes = codec.from_plain({"changes": architecture.modes[change.mode]}, AdaptationRequest).changes
+    return as_needed(changes, architecture, earlier)
 
 
 def _change(text: str, architecture: Architecture) -> Change:
