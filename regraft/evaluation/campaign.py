@@ -13,7 +13,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Final
@@ -165,6 +165,9 @@ class Campaign:
             other = "; ".join(f"{name} was {before.get(name)}" for name in about if before.get(name) != about[name])
             raise BadCampaign(f"{self.folder} has another campaign ({other}): give the same, or name another --out")
         plans = self.wanted.plans()
+        finished = self._last_finished()
+        if finished > self.wanted.runs:
+            raise BadCampaign(f"{self.folder} has finished runs up to {finished:03}: give --runs {finished}")
         if not report_only:
             self._check_same(plans)
         self._total = len(plans)
@@ -203,6 +206,10 @@ class Campaign:
             if (self.folder / WORK / _in_work(plan)).is_dir():
                 AttemptLog(self.folder).add(Attempt(plan.name, plan.seed, "", 0.0, Outcome.INTERRUPTED))
         shutil.rmtree(self.folder / WORK, ignore_errors=True)
+
+    def _last_finished(self) -> int:
+        """Return the highest number of a finished run, 0 if there is none."""
+        return max((int(home.name) for home in self.folder.glob(f"{RUNS}/*/*") if home.name.isdecimal()), default=0)
 
     def home(self, plan: Plan) -> Path:
         """Return where a finished run is."""
@@ -315,11 +322,18 @@ class Campaign:
         names = tuple(f"{p.plan.name} at {at:.0f} s" for p, at in zip(self._running, under_way, strict=True))
         return Progress(done, self._failed, total, names, left)
 
+    def _reported(self) -> list[Plan]:
+        """Return the runs that are wanted, and those that other configurations have finished here."""
+        names = {each.name for each in self.wanted.configurations}
+        every = self.wanted.study.configurations[self.wanted.definitions]
+        others = replace(self.wanted, configurations=tuple(each for each in every if each.name not in names))
+        return [*self.wanted.plans(), *(plan for plan in others.plans() if self.home(plan).is_dir())]
+
     def results(self, command: str = "") -> Results:
         """Return what there is: all finished runs that are wanted, and why the others failed; raises BadRun."""
         runs: list[RunRecord] = []
         failures: list[Failure] = []
-        plans = self.wanted.plans()
+        plans = self._reported()
         for plan in plans:
             why = self.folder / FAILED / plan.name / WHY
             if self.home(plan).is_dir():
@@ -330,7 +344,7 @@ class Campaign:
 
     def provenance(self) -> str:
         """Return the section of a report on how its runs were made: of which code, and which of them again."""
-        plans = [plan for plan in self.wanted.plans() if self.home(plan).is_dir()]
+        plans = [plan for plan in self._reported() if self.home(plan).is_dir()]
         made_of = {plan.name: fingerprint_of(self.home(plan)) for plan in plans}
         present = plans[0].fingerprint() if plans else None
         renderers = Counter(renderer_of(self.home(plan)) for plan in plans)

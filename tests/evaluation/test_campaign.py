@@ -175,6 +175,14 @@ def test_a_mere_report_states_of_which_code_its_runs_are(whole: Path, copied: Pa
     assert "**The runs are not of one code**" in report
 
 
+def test_what_is_finished_is_reported_whatever_is_asked_for(whole: Path, copied: Path) -> None:
+    code, said = run(copied, "--report-only", "--runs", "1")
+    assert code == 2
+    assert "has finished runs up to 002: give --runs 2" in said
+    assert run(copied, "--resume", "--configurations", "fast")[0] == 0
+    assert (copied / "results.csv").read_text().count("\n") == (whole / "results.csv").read_text().count("\n")
+
+
 def test_a_folder_has_one_campaign_at_a_time(copied: Path) -> None:
     with held(copied):
         code, said = run(copied, "--resume")

@@ -10,6 +10,7 @@ from typing import Final
 from regraft.bus_schema.suggestions import instead_of, no_such
 from regraft.evaluation.claims.model import Claim, Claims, SeedSet
 from regraft.evaluation.claims.power import too_few
+from regraft.evaluation.results.table import MAX_SEED
 from regraft.evaluation.statistics.paired import Direction, SampleTest
 from regraft.evaluation.study import Study
 from regraft.stack.yaml.document import read_map
@@ -111,7 +112,7 @@ def _numbers(section: Section, key: str) -> Iterator[int]:
     for index, part in enumerate(node.value):
         value = plain(part)
         span = RANGE.fullmatch(value) if isinstance(value, str) else None
-        if isinstance(value, int) and not isinstance(value, bool) and value >= 0:
+        if isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= MAX_SEED:
             first = last = value
         elif span is not None and int(span[1]) <= int(span[2]):
             first, last = int(span[1]), int(span[2])

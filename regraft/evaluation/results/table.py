@@ -26,8 +26,8 @@ ABOUT = (
     "renderer",
 )
 """The columns before those of the measures."""
-LONGEST_SEED = 9
-"""Digits of a seed, and of a run's number."""
+MAX_SEED = 2**63 - 1
+"""The largest seed, and number of a run."""
 SIGNIFICANT = 10
 """Digits of a measure: more than any table shows, fewer than processors differ in."""
 
@@ -150,9 +150,10 @@ def _row(file: Path, number: int, line: Sequence[str], measures: Sequence[str]) 
         return value
 
     def whole(column: str) -> int:
-        if not about[column].isdecimal() or len(about[column]) > LONGEST_SEED:
-            raise BadTable(f"{file}:{number}: {column}: must be a whole number, is {about[column]!r}")
-        return int(about[column])
+        text = about[column]
+        if not text.isdecimal() or len(text) > len(str(MAX_SEED)) or int(text) > MAX_SEED:
+            raise BadTable(f"{file}:{number}: {column}: must be a whole number from 0 to {MAX_SEED}, is {text!r}")
+        return int(text)
 
     return ResultRow(
         about["study"],

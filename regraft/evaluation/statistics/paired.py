@@ -38,8 +38,9 @@ class Effect:
     """How much more the first arm has, turned so that more is what is claimed.
 
     ``low`` and ``high`` bound the difference of the means with some confidence (bootstrap, bias-corrected and
-    accelerated; Efron 1987). ``won`` and ``equal`` count the pairs of equal seeds. ``p`` is one-sided, or for a claim
-    of equality the greater of both one-sided tests against the margin.
+    accelerated; Efron 1987). ``won`` counts the pairs of equal seeds that are as claimed: for a claim of equality,
+    those that differ by less than the margin. ``equal`` counts those without a difference. ``p`` is one-sided, or for
+    a claim of equality the greater of both one-sided tests against the margin.
     """
 
     runs: int
@@ -83,7 +84,7 @@ def effect(
         low,
         high,
         p,
-        int(np.count_nonzero(differences > 0.0)),
+        int(np.count_nonzero(np.abs(differences) < margin if direction is Direction.EQUAL else differences > 0.0)),
         int(np.count_nonzero(differences == 0.0)),
     )
 

@@ -132,6 +132,12 @@ def test_equality_holds_within_the_margin_and_is_refuted_beyond_it() -> None:
     assert verdict(list(OLD), OLD, equal) is Verdict.HOLDS
 
 
+def test_a_pair_within_the_margin_is_as_claimed_where_equality_is_claimed() -> None:
+    new, old = ({(seed, 1): value for seed, value in enumerate(arm)} for arm in ([0.02, -0.02, 0.0, 0.3], [0.0] * 4))
+    found = effect(new, old, direction=Direction.EQUAL, margin=0.1, test=SampleTest.SIGN_FLIP, confidence=0.95)
+    assert (found.won, found.equal, found.runs) == (3, 1, 4)
+
+
 def test_claims_about_arms_that_did_the_same_are_told() -> None:
     twice = claims(CLAIM, replace(CLAIM, name="again", second="older"), replace(CLAIM, name="other", second="worse"))
     arms = {"new": shifted(0.3), "old": OLD, "older": OLD, "worse": shifted(-0.01)}

@@ -63,6 +63,7 @@ def test_what_a_file_gives_is_what_is_claimed(tmp_path: Path) -> None:
         ("reporting: [1-20]", "reporting: [1-20, 1001]", 7, "seed 1001 is a tuning seed already"),
         ("reporting: [1-20]", "reporting: [20-1]", 7, "a range such as 1-20"),
         ("reporting: [1-20]", "reporting: 20", 7, "must be a list of seeds"),
+        ("reporting: [1-20]", f"reporting: [{2**63}]", 7, "must be a seed such as 7"),
         ("reporting: [1-20]", "reporting: [0-999999999]", 7, "more than 10000 seeds"),
         ("measure: reached", "measure: reach", 13, "did you mean 'reached'"),
         ("first: fast", "first: fastest", 14, "there is no arm 'fastest'"),

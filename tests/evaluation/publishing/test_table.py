@@ -33,6 +33,13 @@ def test_a_table_is_read_back_as_it_was(
     assert [one.arm for one in found.rows] == [one.arm for one in rows]
 
 
+@pytest.mark.parametrize("seed", [1_762_000_000, 2**63 - 1])
+def test_a_seed_that_a_campaign_takes_can_be_read_back(tmp_path: Path, seed: int) -> None:
+    file = tmp_path / "results.csv"
+    file.write_text(table_text(ResultTable(("reached",), (row(seed),))))
+    assert read_table(file).rows[0].seed == seed
+
+
 @pytest.mark.parametrize(
     ("was", "is_now", "told"),
     [
@@ -40,8 +47,8 @@ def test_a_table_is_read_back_as_it_was(
         (",0.5\n", ",half\n", ":2: reached: must be a number, is 'half'"),
         (",0.5\n", ",inf\n", ":2: reached: must be a number, is 'inf'"),
         (",0.5\n", "\n", ":2: has 12 fields, must have 13"),
-        (",1,1,4,", ",one,1,4,", ":2: seed: must be a whole number, is 'one'"),
-        (",1,1,4,", ",12345678901,1,4,", ":2: seed: must be a whole number"),
+        (",1,1,4,", ",one,1,4,", f":2: seed: must be a whole number from 0 to {2**63 - 1}, is 'one'"),
+        (",1,1,4,", f",{2**63},1,4,", ":2: seed: must be a whole number from 0 to"),
         (",1,1,4,", ",1,1,-4,", ":2: seconds: is -4, must be from 1"),
         (",reached\n", ",reached,reached\n", ":1: a measure has two columns"),
     ],
