@@ -92,6 +92,7 @@ class Supervisor:
         log = str(log_of(self.log_folder, managed.spec.name))
         order = managed.order(self.plan, self.revision, self.term) | {"lease": self.lease_of(managed)}
         managed.awaited = managed.is_held = False
+        managed.restart_by = None
         managed.succeeds = None  # a restarted run succeeds no living one
         command, files = list(managed.spec.command) or None, self.plan.limits(managed.spec).files
         try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import os
 import signal
@@ -15,8 +16,9 @@ def abort(pid: int) -> None:
     Any thread may take a signal to the whole process. The main thread of a stopped one would run on until it does.
     A C library without ``tgkill`` (glibc before 2.30, musl) leaves no other way.
     """
-    if _tgkill is None:
-        os.kill(pid, signal.SIGABRT)
-    else:
-        _tgkill(pid, pid, signal.SIGABRT)
-    os.kill(pid, signal.SIGCONT)
+    with contextlib.suppress(PermissionError):  # it is another user's by now, as what sudo runs
+        if _tgkill is None:
+            os.kill(pid, signal.SIGABRT)
+        else:
+            _tgkill(pid, pid, signal.SIGABRT)
+        os.kill(pid, signal.SIGCONT)

@@ -147,7 +147,7 @@ def _cached(folder: Path) -> float:
 def _table(file: Path) -> dict[str, float]:
     """Return the first number of each line, by the line's first word; empty if there is no such file."""
     try:
-        lines = (line.split() for line in file.read_text().splitlines())
+        lines = (line.split() for line in file.read_text(errors="replace").splitlines())
     except OSError:
         return {}
     return {line[0]: float(line[1]) for line in lines if len(line) > 1 and line[1].isdigit()}

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from regraft.adaptation_manager.journal.revisions import architectures_around
-from regraft.adaptation_manager.planning.modes import unfolded
+from regraft.adaptation_manager.planning.modes import meant, unfolded
 from regraft.bus_schema.model.adaptation import (
     APPLIED,
     AdaptationReport,
@@ -60,7 +60,11 @@ def undo_of(
     if not complete.changes:
         problem = f"adaptation {undone.id} changed nothing: there is nothing to undo"
         return complete, (Violation(None, "", "undoes", problem),)
-    later = [unfolded(line, before) for line in journal.applied_after(int(undone.id), MAX_LATER)]
+    # A later mode counts by all that it names: of its transitions, those that were needed depend on what was then.
+    later = [
+        replace(line, request=replace(line.request, changes=tuple(meant(line.request.changes, before))))
+        for line in journal.applied_after(int(undone.id), MAX_LATER)
+    ]
     found = conflicts(undone, behind, now, later)
     undo = _standing_undo(undone.id, later) if found else None
     if undo is not None:

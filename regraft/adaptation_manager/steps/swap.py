@@ -99,17 +99,18 @@ def _judge_earlier_changes(draft: Draft, spec: ComponentSpec) -> None:
 def _plan_replacement(draft: Draft, new: ComponentSpec, *, with_state: bool) -> None:
     """Start a component that does not run, or is not configured, as the other that it is to be.
 
-    There is nobody to take over from.
+    There is nobody to take over from. One that is configured still goes down first, as its earlier changes state.
     """
     name, stopped = new.name, LeaveStopped(new.name, new.host)
+    steps = draft.steps if draft.at_first(name) in HANDS_OVER else draft.preparing
     unconfigured = name in draft.live
     if unconfigured or name in draft.restarting:
         again = StartAgain(name, new.host, unconfigured)
         why = "is unconfigured" if unconfigured else "keeps ending"
-        draft.preparing.append(PlannedStep(name, f"stop {draft.before[name].cls}, which {why}", stopped, again))
+        steps.append(PlannedStep(name, f"stop {draft.before[name].cls}, which {why}", stopped, again))
     prepared = State.UNCONFIGURED if new.state is State.UNCONFIGURED else State.INACTIVE
     start = RunProcess(name, new, prepared, afresh=not with_state)
-    draft.preparing.append(PlannedStep(name, f"start {new.cls} in its place, {prepared.value}", start, stopped))
+    steps.append(PlannedStep(name, f"start {new.cls} in its place, {prepared.value}", start, stopped))
     if new.state is State.ACTIVE:
         draft.steps.append(PlannedStep(name, "connect and activate", Activate(name), stopped))
     draft.live[name] = view_of_started(new)

@@ -78,7 +78,7 @@ class MemoryUse:
 def resident_size(pid: int) -> float:
     """Return a process's MiB in memory or swapped out, shared pages in full; 0 if it has ended."""
     try:
-        text = Path(f"/proc/{pid}/status").read_text()
+        text = Path(f"/proc/{pid}/status").read_text(errors="replace")
     except OSError:
         return 0.0
     return _sum(text.splitlines(), ("VmRSS:", "VmSwap:"))

@@ -38,7 +38,9 @@ def processor_wait(pid: int, standing: OpenWaits | None = None) -> Waits:
 
 def _wants_to_run(task: str) -> bool:
     try:
-        return Path(f"/proc/{task.replace('/', '/task/')}/stat").read_text().rpartition(") ")[2][:1] == "R"
+        return (
+            Path(f"/proc/{task.replace('/', '/task/')}/stat").read_text(errors="replace").rpartition(") ")[2][:1] == "R"
+        )
     except OSError:
         return False
 
@@ -70,7 +72,7 @@ def waits_for_disk(pid: int) -> bool:
     """Return whether a thread of a process is in uninterruptible sleep (state D); False if unknown."""
     try:
         for thread in os.listdir(f"/proc/{pid}/task"):
-            state = Path(f"/proc/{pid}/task/{thread}/stat").read_text().rpartition(") ")[2][:1]
+            state = Path(f"/proc/{pid}/task/{thread}/stat").read_text(errors="replace").rpartition(") ")[2][:1]
             if state == "D":
                 return True
     except OSError:

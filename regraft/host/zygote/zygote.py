@@ -141,7 +141,8 @@ def _serve(line: socket.socket, parent: int) -> None:
 def _obey(order: dict[str, Any], line: socket.socket, alive: dict[int, tuple[str, int]], pipe: tuple[int, int]) -> None:
     if "signal" in order:
         if order["pid"] in alive:
-            os.kill(order["pid"], order["signal"])
+            with contextlib.suppress(PermissionError):  # it is another user's by now, as what sudo runs
+                os.kill(order["pid"], order["signal"])
         return
     if "abort" in order:
         if order["abort"] in alive:

@@ -61,6 +61,14 @@ def test_an_undo_is_refused_if_what_the_mode_set_was_changed_since(modal: System
     assert "adaptation 3" in undone.violations[0].problem
 
 
+def test_an_undo_is_refused_with_the_mode_that_changed_a_state_since(modal: System) -> None:
+    report = modal.adapt(ChangeState("scanner", Transition.CLEANUP))
+    assert modal.adapt(EnterMode("watchful")).outcome is Outcome.APPLIED
+    undone = modal.undo(report.id)
+    assert undone.outcome is Outcome.REJECTED
+    assert "adaptation 3" in undone.violations[0].problem
+
+
 def test_a_mode_says_which_states_are_to_be_reached_from_whichever_there_are(modal: System) -> None:
     first = modal.adapt(EnterMode("watchful"))
     assert first.outcome is Outcome.APPLIED, first

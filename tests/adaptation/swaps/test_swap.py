@@ -151,6 +151,18 @@ def test_what_is_configured_in_the_same_adaptation_is_swapped_then(site: System)
     assert site.view("fragile").state is State.INACTIVE
 
 
+def test_what_is_taken_down_and_swapped_in_one_adaptation_is_up_again_where_this_fails(site: System) -> None:
+    before = site.views()
+    down = [ChangeState("fragile", each) for each in (Transition.DEACTIVATE, Transition.CLEANUP)]
+    swap = Swap("fragile", parameters={"level": 2})
+    report = site.adapt(*down, swap, Swap("totaller", class_of("Broken")))
+    assert report.outcome is Outcome.ROLLED_BACK, report
+    assert "not like this" in report.error
+    assert site.views()["fragile"][1:] == before["fragile"][1:]
+    assert site.adapt(*down, swap).outcome is Outcome.APPLIED
+    assert (site.view("fragile").state, site.view("fragile").parameters["level"]) == (State.UNCONFIGURED, 2)
+
+
 @pytest.mark.parametrize(
     ("cls", "text"),
     [

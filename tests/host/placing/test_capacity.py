@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import resource
 import subprocess
 import sys
 from pathlib import Path
@@ -78,6 +80,17 @@ def test_the_room_of_a_machine_is_what_is_free_and_may_be_started(tmp_path: Path
     room = room_here(_proc(tmp_path / "proc", "0::/\n"), tmp_path / "groups")
     assert room.memory == 4000.0
     assert room.threads <= 20_000
+
+
+def test_a_process_whose_name_is_no_text_leaves_the_room_as_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    monkeypatch.setattr(resource, "getrlimit", lambda which: (500, 500))
+    proc = _proc(tmp_path / "proc", "0::/\n")
+    (proc / "7").mkdir()
+    (proc / "7" / "status").write_bytes(b"Name:\td\xc3\nUid:\t1000\t1000\nThreads:\t40\n")
+    assert room_here(proc, tmp_path / "groups").threads == 460
 
 
 def test_the_room_in_a_container_is_what_every_group_around_it_has_left(tmp_path: Path) -> None:

@@ -99,6 +99,23 @@ def test_a_component_can_be_started_where_its_frozen_run_had_ended(zygote: NoPro
     assert zygote.orders[1][1] > zygote.orders[0][1]
 
 
+def test_a_run_that_ended_while_its_successor_was_awaited_is_started_once(zygote: NoProcesses) -> None:
+    local = Host(plan("local", HOME), MemoryBus(MemoryHub()), zygote)
+    ask(local, "start", StartComponent("ticker", term=1))
+    local.start_due()
+    started(local, "ticker", 1)
+    local.beats(local.processes["ticker"])
+    ask(local, "succeed", StartSuccessor(AWAY, 1, True, 1))
+    ended(local, "ticker", 1)
+    ask(local, "specs", UpdateSpecs(1, (HOME,), term=1))
+    ask(local, "start", StartComponent("ticker", term=1))
+    local.start_due()
+    started(local, *zygote.orders[-1], pid=8)
+    for _ in range(3):
+        local.start_due()
+    assert len(zygote.orders) == 2
+
+
 def test_a_joined_host_keeps_no_lease_of_what_was_removed(zygote: NoProcesses) -> None:
     empty = plan("edge")
     joined = JoinedSystem("run", 1, 1, empty.architecture, 0, "", "/run", "/stack", 60.0)

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 
 import pytest
 
 from regraft.host.watchdog import proc_stats, watchdog
+from regraft.host.watchdog.memory_use import resident_size
 from regraft.host.watchdog.watchdog import HUNG_TIMEOUT, Watchdog
 
 STEP = 0.05
@@ -95,3 +98,22 @@ def test_a_wait_for_a_processor_that_lasts_is_seen_before_it_ends(monkeypatch: p
     runnable = False
     standing.now = 9.0
     assert standing.seconds("1/1", ran=101, waited=7 + 1_500_000_000) == 0.0, "it sleeps"
+
+
+NAMED = r"""
+import ctypes, sys
+ctypes.CDLL(None).prctl(15, b"d\xc3\xa9tecteur_cam\xc3")
+print("named", flush=True)
+sys.stdin.read()
+"""
+"""A name of 15 bytes, as the kernel keeps it of one that is longer: it ends within a character."""
+
+
+def test_a_process_whose_name_is_no_text_is_watched_like_any_other() -> None:
+    with subprocess.Popen([sys.executable, "-c", NAMED], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as named:
+        assert named.stdout is not None
+        assert named.stdout.readline() == b"named\n"
+        assert resident_size(named.pid) > 0.0
+        assert not proc_stats.waits_for_disk(named.pid)
+        assert proc_stats.processor_wait(named.pid)
+        named.communicate(b"")
