@@ -12,6 +12,7 @@ from regraft.bus_schema.messages.geometry import FramedPose, StampedPose
 from regraft.bus_schema.messages.maps import Goals, NamedGoal
 from regraft.bus_schema.messages.mission import MissionState
 from regraft.bus_schema.messages.nav2.motions import Selection
+from regraft.bus_schema.messages.nav2.paths import FollowError, FollowPath, PathFollowed
 from regraft.bus_schema.messages.power import BatteryState, ChargerState
 from regraft.bus_schema.model.lifecycle import Transition
 from regraft.services.bt_executor.leaves.nav2 import NAV2_LEAVES
@@ -134,6 +135,25 @@ def test_cancelling_control_ends_a_path_early(bench: Bench) -> None:
     body = '<ParallelAll><FollowPath path="{path}"/><Delay delay_msec="2000"><CancelControl/></Delay></ParallelAll>'
     assert outcome(bench, PLAN, body) is SUCCEEDED
     assert bench.pose.x < 2.0
+
+
+def test_a_path_that_its_server_gives_up_is_not_followed(bench: Bench) -> None:
+    bench.mission(tree(PLAN, '<FollowPath path="{path}" error_code_id="{code}" error_msg="{text}"/>'))
+    bench.run(2.0)
+    bench.rig.transition("navigator", Transition.DEACTIVATE)
+    assert bench.ended(5.0) is FAILED
+    assert bench.value("code") == FollowError.UNKNOWN
+    assert bench.value("text")
+    assert bench.pose.x < 2.0
+
+
+def test_a_path_that_another_clients_goal_replaces_is_not_followed(bench: Bench) -> None:
+    bench.mission(tree(PLAN, '<FollowPath path="{path}" error_code_id="{code}"/>'))
+    bench.run(2.0)
+    other = FollowPath(bench.plan(1.0, 3.0).path)
+    assert bench.do("follow_path", other, PathFollowed).error_code == 0
+    assert bench.ended(1.0) is FAILED
+    assert bench.value("code") == FollowError.UNKNOWN
 
 
 # --- paths ---

@@ -29,9 +29,10 @@ class ServerLeaf(Asking):
 
 
 class ServerAction(ServerLeaf):
-    """Gives a server a goal. A halt cancels it; a goal that somebody else cancelled is a SUCCESS, as in Nav2.
+    """Gives a server a goal. A halt cancels it. A goal that ends without a result is a FAILURE, as in Nav2.
 
-    The error code stays readable after the end, 0 after a success.
+    A motion that another client cancels by a service, as CancelControl does, has a result and is a SUCCESS. The error
+    code stays readable after the end, 0 after a success.
 
     Attributes:
         server: The action, unless ``server_name`` names another.
@@ -56,9 +57,7 @@ class ServerAction(ServerLeaf):
         return self.context.goal(self.action, goal, result, feedback, accept_within=self.patience)
 
     def unanswered(self, error: CallFailed) -> Status:
-        """Take it that there is no result: the goal was refused, cancelled, or lost with its server."""
-        if error.answer is Answer.CANCELLED:
-            return self.done()
+        """Take it that there is no result: the goal was refused, given up by its server, or lost with it."""
         super().unanswered(error)
         not_sent = error.answer is None
         code = REJECTED if error.answer is Answer.REFUSED else NOT_SENT if not_sent else self.unknown
