@@ -105,6 +105,38 @@ def test_a_newer_goal_is_taken_over_by_the_tree_that_runs(
     assert bench.is_at(3.0, 1.4)
 
 
+@pytest.mark.parametrize(
+    ("action", "goal", "result"),
+    [
+        ("navigate_through_poses", NavigateThroughPoses((framed(1.4, 3.0),)), Navigated),
+        ("navigate_to", NavigateTo(framed(1.4, 3.0)), Arrival),
+    ],
+)
+def test_while_one_action_drives_another_one_is_refused(
+    bench: Bench, action: str, goal: object, result: type[Any]
+) -> None:
+    first = bench.ask("navigate_to_pose", NavigateToPose(framed(3.4, 2.0)), Navigated)
+    bench.run(2.0)
+    second = bench.ask(action, goal, result)
+    bench.run(0.2)
+    assert isinstance(second.error, CallFailed)
+    assert second.error.code is RefusalCode.BUSY
+    assert "navigate_to_pose drives the robot" in second.error.why
+    assert bench.finish(first) == Navigated()
+    assert bench.is_at(3.4, 2.0)
+    bench.do(action, goal, result)
+    assert bench.is_at(1.4, 3.0)
+
+
+def test_another_action_drives_once_a_goal_was_cancelled_or_could_not_be_pursued(bench: Bench) -> None:
+    bench.do("navigate_to_pose", NavigateToPose(framed(3.4, 2.0), "broken.xml"), Navigated)
+    first = bench.ask("navigate_to_pose", NavigateToPose(framed(3.4, 2.0)), Navigated)
+    bench.run(2.0)
+    first.cancel()
+    assert bench.do("navigate_to", NavigateTo(framed(1.4, 3.0)), Arrival).arrived
+    assert bench.is_at(1.4, 3.0)
+
+
 def test_an_unforeseen_error_stops_the_robot(bench: Bench, tmp_path: Path) -> None:
     before, within, behind = (TREES / DEFAULT).read_text().partition("<RecoveryNode")
     within, end, behind = f"{within}{behind}".rpartition("</RecoveryNode>")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -66,7 +67,9 @@ class BtNavigator(NavigationInputs):
     plain navigator, such as docking. A goal may name another tree of the folder that the default is in.
 
     A newer goal for the same tree changes its entry ``goal`` or ``goals``, without a stop. One for another tree halts
-    it. The result has the lowest error code that the tree has left in entries such as ``follow_path_error_code``.
+    it. While a goal is under way, goals of the other actions are refused as busy, as by Nav2's NavigatorMuxer: two
+    trees would drive one robot. The result has the lowest error code that the tree has left in entries such as
+    ``follow_path_error_code``.
     """
 
     resources = Resources(cpu=0.03, memory=25.0)
@@ -93,6 +96,7 @@ class BtNavigator(NavigationInputs):
         self._registry: Registry = node_types(LeafContext(self.kit, lambda: None), self.nodes.split())
         self._feed = BlackboardFeed(self.kit.inputs, _REFLECTED, self.kit.event)
         self._left: _Drive | None = None
+        self._running = ""
         self._is_active = False
 
     def on_activate(self) -> None:
@@ -103,12 +107,14 @@ class BtNavigator(NavigationInputs):
     async def navigate_to_pose(self, goal: NavigateToPose) -> Navigated:
         """Drive to a pose."""
         tree = goal.behavior_tree or self.behavior_tree
-        return await self._navigate(self.to_pose_tree, tree, {"goal": goal.pose}, 0)
+        with self._alone("navigate_to_pose"):
+            return await self._navigate(self.to_pose_tree, tree, {"goal": goal.pose}, 0)
 
     @action("navigate_to", feedback=NavigationProgress)
     async def navigate_to(self, goal: NavigateTo) -> Arrival:
         """Drive to a pose, and report whether the robot is there."""
-        done = await self._navigate(self.to_pose_tree, self.behavior_tree, {"goal": goal.goal}, 0, _progress)
+        with self._alone("navigate_to"):
+            done = await self._navigate(self.to_pose_tree, self.behavior_tree, {"goal": goal.goal}, 0, _progress)
         odometry = self.odometry.latest
         if odometry is None:
             raise RequestRefused(f"cannot drive: {done.error_msg}", RefusalCode.UNAVAILABLE)
@@ -123,7 +129,21 @@ class BtNavigator(NavigationInputs):
             raise RequestRefused("must have at least one pose", RefusalCode.INVALID, field="poses")
         statuses = [WaypointStatus(index, pose) for index, pose in enumerate(goal.poses)]
         entries = {"goals": list(goal.poses), "goal": goal.poses[-1], "waypoint_statuses": statuses}
-        return await self._navigate(self.through_poses_tree, goal.behavior_tree, entries, THROUGH_POSES)
+        with self._alone("navigate_through_poses"):
+            return await self._navigate(self.through_poses_tree, goal.behavior_tree, entries, THROUGH_POSES)
+
+    @contextmanager
+    def _alone(self, action: str) -> Iterator[None]:
+        """Keep an action the only one that drives; raises RequestRefused while another one does."""
+        # An action's own goal before has ended by now: a newer one replaces it.
+        if self._running:
+            why = f"{self._running} drives the robot: wait for its end, or cancel its goal"
+            raise RequestRefused(why, RefusalCode.BUSY)
+        self._running = action
+        try:
+            yield
+        finally:
+            self._running = ""
 
     async def _navigate(
         self, default: str, wanted: str, entries: Entries, offset: int, tell: Tell | None = None
