@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from typing import Any
@@ -30,6 +31,7 @@ from regraft.bus_schema.messages.nav2.paths import (
 )
 from regraft.component.goal import Goal
 from regraft.planar import Pose2D, wrap_angle
+from regraft.runtime.core.clock import SteppedClock
 from regraft.services.navigator.servers.controller_server import ControllerServer
 from regraft.testing import Rig
 
@@ -160,7 +162,13 @@ def test_a_blocked_path_is_given_up_after_a_while(bench: Bench) -> None:
     assert bench.collisions == 0
 
 
-def test_a_robot_that_does_not_get_on_is_given_up_also_with_a_new_path_each_second(bench: Bench) -> None:
+@pytest.mark.parametrize("moved", [0, 1000], ids=["simulated", "real"])
+def test_a_robot_that_does_not_get_on_is_given_up_also_with_a_new_path_each_second(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch, moved: int
+) -> None:
+    """A real clock has moved on by each look at it."""
+    looks, now = itertools.count(), SteppedClock.now
+    monkeypatch.setattr(SteppedClock, "now", lambda clock: now(clock) + moved * next(looks))
     bench.stage.motors = False
     goal = follow(bench, 3.4, 2.0)
     for second in range(20):
