@@ -23,6 +23,7 @@ from regraft.bus_schema.messages.nav2.navigate import (
 from regraft.bus_schema.messages.nav2.paths import PlanError
 from regraft.bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
 from regraft.bus_schema.messages.power import BatteryState, Charge, Charged, ChargerState
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.component.goal import Goal
 from regraft.runtime.core.clock import SteppedClock
 from regraft.services.bt_executor.navigation.bt_navigator import FOREVER, BtNavigator
@@ -147,6 +148,38 @@ def test_an_unforeseen_error_stops_the_robot(bench: Bench, tmp_path: Path) -> No
     assert "has no len" in str(goal.error)
     assert bench.stage.robot.twist.v == 0.0
     assert "has no len" in bench.rig.take_faults()[0]
+
+
+@pytest.fixture
+def sulking(tmp_path: Path) -> str:
+    """Return a tree whose FollowPath has a script that fails when it is halted."""
+    text = (TREES / "navigate_w_replanning_time.xml").read_text()
+    (tmp_path / "trees" / "sulking.xml").write_text(text.replace("<FollowPath", '<FollowPath _onHalted="missing += 1"'))
+    return "sulking.xml"
+
+
+def halts_that_failed(bench: Bench) -> list[str]:
+    return [event.text for event in bench.rig.events if event.kind == "navigation.halt_failed"]
+
+
+def test_a_tree_that_fails_to_halt_keeps_no_navigator_from_its_deactivation(bench: Bench, sulking: str) -> None:
+    bench.ask("navigate_to_pose", NavigateToPose(framed(3.4, 2.0), sulking), Navigated)
+    bench.run(3.0)
+    bench.rig.transition("bt_navigator", Transition.DEACTIVATE)
+    assert bench.rig.state("bt_navigator") is State.INACTIVE
+    bench.run(0.5)
+    assert bench.stage.robot.twist.v == 0.0
+    (event,) = halts_that_failed(bench)
+    assert "'missing'" in event
+
+
+def test_a_tree_that_fails_to_halt_keeps_no_newer_goal_from_its_drive(bench: Bench, sulking: str) -> None:
+    first = bench.ask("navigate_to_pose", NavigateToPose(framed(3.4, 2.0), sulking), Navigated)
+    bench.run(3.0)
+    assert not first.done
+    assert bench.do("navigate_to_pose", NavigateToPose(framed(1.4, 3.0)), Navigated) == Navigated()
+    assert bench.is_at(1.4, 3.0)
+    assert len(halts_that_failed(bench)) == 1
 
 
 def test_a_cancelled_goal_stops_the_robot(bench: Bench) -> None:

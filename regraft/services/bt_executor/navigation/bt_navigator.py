@@ -235,7 +235,11 @@ class BtNavigator(NavigationInputs):
             self._left = None
 
     def _halt(self, drive: _Drive) -> None:
-        drive.tree.halt_tree()
+        """Halt a tree. One that has an error there is halted nevertheless, and keeps no other goal from its drive."""
+        try:
+            drive.tree.halt_tree()
+        except NodeError as error:
+            self.kit.event("navigation.halt_failed", f"halting {drive.tree.tree_id}: {error}", tree=str(drive.file))
 
 
 _REFLECTED: tuple[Reflected, ...] = NAVIGATION
