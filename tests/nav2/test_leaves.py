@@ -254,6 +254,24 @@ def test_a_route_becomes_goals(bench: Bench) -> None:
     assert outcome(bench, unknown, '<ExtractRouteNodesAsGoals route="{route}" goals="{goals}"/>') is FAILED
 
 
+@pytest.mark.parametrize(
+    "leaf",
+    [
+        '<TakeGoal goals="{goals}" goal="{goal}" goal_name="{name}"/>',
+        '<NextGoal goals="{goals}" index="{index}" goal="{goal}" goal_name="{name}"/>',
+    ],
+    ids=["TakeGoal", "NextGoal"],
+)
+def test_goals_without_a_name_are_taken_too(bench: Bench, leaf: str) -> None:
+    add(bench.rig, RouteServer, "routes", nodes=NODES, edges=EDGES)
+    route = '<ComputeRoute goal="3.4;2" use_poses="true" route="{route}" path="{path}"/>'
+    extract = '<ExtractRouteNodesAsGoals route="{route}" goals="{goals}"/>'
+    assert outcome(bench, route, extract, leaf, '<GoalReached goal="{goal}" goal_reached_tol="9.0"/>') is SUCCEEDED
+    assert bench.value("name") == ""
+    assert outcome(bench, leaf, goals=[[1.4, 2.0], [2.0, 2.0, 0.5]]) is SUCCEEDED
+    assert (bench.value("goal"), bench.value("name")) == ([1.4, 2.0], "")
+
+
 # --- the robot itself ---
 
 

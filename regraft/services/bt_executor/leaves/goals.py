@@ -63,7 +63,7 @@ class NextGoal(SyncAction):
     goals = Input[Any](description="the list")
     index = InOut(int, description="the place in the list of the goal that was given last, from 0")
     goal = Output[Any](description="the goal, for NavigateTo")
-    goal_name = Output(str, description="its name")
+    goal_name = Output(str, description="its name; empty for a pose or numbers")
 
     def adopt(self, children: tuple[Node, ...]) -> None:
         """Check the ports; see `Node.adopt`."""
@@ -78,7 +78,7 @@ class NextGoal(SyncAction):
         index = (self.read_port_or("index", -1) + 1) % len(goals)
         self.index = index
         self.goal = goals[index]
-        write_if_connected(self, "goal_name", goals[index].name)
+        write_if_connected(self, "goal_name", _name(goals[index]))
         return SUCCESS
 
 
@@ -87,7 +87,7 @@ class TakeGoal(SyncAction):
 
     goals = InOut[Any](description="the list, which gets shorter")
     goal = Output[Any](description="the goal, for NavigateTo")
-    goal_name = Output(str, description="its name")
+    goal_name = Output(str, description="its name; empty for a pose or numbers")
 
     def adopt(self, children: tuple[Node, ...]) -> None:
         """Check the ports; see `Node.adopt`."""
@@ -101,7 +101,7 @@ class TakeGoal(SyncAction):
             return FAILURE
         self.goals = list(goals[1:])
         self.goal = goals[0]
-        write_if_connected(self, "goal_name", goals[0].name)
+        write_if_connected(self, "goal_name", _name(goals[0]))
         return SUCCESS
 
 
@@ -120,3 +120,8 @@ class PutGoal(SyncAction):
         """Write the longer list."""
         self.goals = [*self.read_port_or("goals", []), self.goal]
         return SUCCESS
+
+
+def _name(goal: Any) -> str:
+    """Return a goal's name; poses and numbers have none."""
+    return str(getattr(goal, "name", ""))
