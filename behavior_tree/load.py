@@ -138,6 +138,7 @@ def _build(
     runtime = Runtime(clock, registry.enums, extensions=not strict)
     builder = Builder(collection, registry, runtime, seconds=limits.seconds if limits else None)
     builder.build_tree(main, board, "")
+    # A sub-tree whose path is the tree's ID goes first: the top board is at hand as the tree's own.
     boards = {main: board, **builder.boards}
     return Tree(
         main,

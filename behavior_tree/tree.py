@@ -21,7 +21,8 @@ class Tree:
         root: Its root.
         nodes: All nodes in order of their uid, which starts at 1.
         blackboard: The top blackboard; may be read and written between ticks.
-        blackboards: All blackboards, the top one by the tree's ID, the others by the path of their sub-tree.
+        blackboards: All blackboards, those of sub-trees by their path. The top one is there by the tree's ID,
+            unless a sub-tree has that path.
         warnings: The doubts of the loader.
     """
 

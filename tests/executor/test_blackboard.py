@@ -168,6 +168,25 @@ def test_sub_trees_have_boards_of_their_own() -> None:
         assert "there are: inner" in refused(rig, {"a": 1}, "outer")
 
 
+def test_a_sub_tree_with_the_main_trees_name_keeps_its_own_board() -> None:
+    xml = SUBTREE.replace('"Main"', '"Patrol"').replace('name="inner"', 'name="Patrol"')
+    with Rig() as rig:
+        run(rig, xml)
+        rig.advance(0.5)
+        assert read(rig).boards == ("Patrol",)
+        assert read(rig, "own", "Patrol").entries[0].value == 3
+        write(rig, {"own": 4}, "Patrol")
+        assert read(rig, "own", "Patrol").entries[0].value == 4
+        assert "own" not in {found.key for found in read(rig).entries}
+
+
+def test_the_main_trees_name_is_the_root_board_where_no_sub_tree_has_it() -> None:
+    with Rig() as rig:
+        run(rig, SUBTREE)
+        write(rig, {"n": 1}, "Main")
+        assert entry(rig, "n").value == 1
+
+
 def test_names_that_lead_nowhere_are_refused() -> None:
     with Rig() as rig:
         rig.add(Executor)

@@ -31,8 +31,11 @@ class BoardRefusal(RequestRefused):
 
 
 def board_of(tree: Tree, path: str) -> Blackboard:
-    """Return the board of the sub-tree with a path, the root's for an empty one; raises BoardRefusal."""
-    if path in ("", tree.tree_id):
+    """Return the board of the sub-tree with a path, the root's for an empty one; raises BoardRefusal.
+
+    The tree's ID is the root's too, unless a sub-tree has it as its path.
+    """
+    if not path:
         return tree.blackboard
     if path in tree.blackboards:
         return tree.blackboards[path]

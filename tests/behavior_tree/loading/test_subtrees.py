@@ -27,6 +27,15 @@ def test_sub_tree_has_a_board_of_its_own() -> None:
     assert tree.blackboards["sub"].dump() == {"x": 1}
 
 
+def test_sub_tree_with_the_name_of_the_main_tree_has_a_board_of_its_own() -> None:
+    xml = f"""<root BTCPP_format="4" main_tree_to_execute="Main">
+    <BehaviorTree ID="Main"><SubTree ID="T" name="Main"/></BehaviorTree>{subtree('<Script code="x := 1"/>')}</root>"""
+    tree = load_text(xml, plain_registry())
+    tree.tick_once()
+    assert tree.blackboards["Main"].dump() == {"x": 1}
+    assert tree.blackboard.dump() == {}
+
+
 def test_remapped_key_reads_and_writes_the_parents_entry() -> None:
     assert after('inner="{outer}"', "inner = inner + 1", outer=1).blackboard.dump() == {"outer": 2}
     assert after('x="{=}"', "x := 5").blackboard.dump() == {"x": 5}
