@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from regraft.bus_schema.messages.protocol.control import ControlCode
+from regraft.bus_schema.texts import encodable
 
 
 class ControlRefused(Exception):
@@ -10,5 +11,5 @@ class ControlRefused(Exception):
 
     def __init__(self, code: ControlCode, *problems: str) -> None:
         self.code = code
-        self.problems = problems
-        super().__init__("; ".join(problems))
+        self.problems = tuple(encodable(problem) for problem in problems)
+        super().__init__("; ".join(self.problems))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import logging
 import time
 from dataclasses import replace
@@ -16,6 +17,7 @@ from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.messages.management.system import SystemFaultKind
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.texts import encodable
 from regraft.runtime.core.clock import Clock
 from regraft.runtime.data.own_news import OwnNews
 from regraft.runtime.data.writers import Identity, Writers
@@ -45,15 +47,25 @@ class StatusReporter:
         self.next_beat = 0.0
 
     def update(self, **changes: Any) -> None:
-        """Change the status and put it."""
-        self.status = replace(self.status, **changes)
-        self.beat()
+        """Change the status and put it; raises BadMessage for what no status can hold, which changes nothing.
+
+        Each heartbeat encodes the status again, outside of any handler. So it holds copies of what has been encoded.
+        """
+        status = replace(self.status, **changes, stamp=self._seconds())
+        payload = codec.encode(status)
+        if "values" in changes:
+            status = replace(status, values=copy.deepcopy(status.values))
+        self._beat(status, payload)
 
     def beat(self) -> None:
         """Put the status; it is the heartbeat too."""
+        status = replace(self.status, stamp=self._seconds())
+        self._beat(status, codec.encode(status))
+
+    def _beat(self, status: ComponentStatus, payload: bytes) -> None:
         self.next_beat = time.monotonic() + self._heartbeat
-        self.status = replace(self.status, stamp=self._seconds())
-        self._put(self._status_key, self.status)
+        self.status = status
+        self.put(self._status_key, type_of(ComponentStatus), payload)
 
     def beat_soon(self) -> None:
         """Put the status in a moment: until then the processor is theirs who wait for an answer."""
@@ -114,7 +126,7 @@ class StatusReporter:
 
     def fault(self, where: str, error: BaseException) -> None:
         """Report an exception from an author's method, with its traceback in the log."""
-        text = f"{where}: {type(error).__name__}: {error}"
+        text = encodable(f"{where}: {type(error).__name__}: {error}")
         if self._fresh("fault", where + type(error).__name__):
             self.log.error(text, exc_info=error)
             self.event("component.fault", text)
@@ -124,6 +136,7 @@ class StatusReporter:
 
     def failed(self, code: str, why: str, state: State) -> None:
         """Report that the component has left its state by itself, for ``state``, and ``why``."""
+        why = encodable(why)
         self.update(state=state, failure=why[:2000])
         self._note(SystemFaultKind.FAILED, why, code)
         self.event("component.failed", f"{why[:1900]}; now {state.value}", code=code, state=state.value)

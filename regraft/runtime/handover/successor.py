@@ -220,8 +220,8 @@ class Successor:
         except Exception as error:
             parts.reporter.fault("taking over", error)
             self._standing.step_aside()
-            self.problems = (f"could not take over: {type(error).__name__}: {error}",)
-            self._outcome = ControlRefused(ControlCode.FAILED, *self.problems)
+            refused = ControlRefused(ControlCode.FAILED, f"could not take over: {type(error).__name__}: {error}")
+            self.problems, self._outcome = refused.problems, refused
             return
         self._standing.be_live()
         self._answering.note_revision(asked.revision)

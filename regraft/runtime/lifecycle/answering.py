@@ -12,6 +12,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import SchemaError
 from regraft.bus_schema.messages.protocol.control import ComponentView, ControlCode, ControlError
 from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.texts import encodable
 from regraft.runtime.core.pending import Pending
 from regraft.runtime.core.refusal import ControlRefused
 from regraft.runtime.parts import Parts
@@ -71,7 +72,8 @@ class Answering:
 
     @staticmethod
     def _refuse(query: Query, code: ControlCode, problems: tuple[str, ...]) -> None:
-        query.reply(codec.encode(ControlError(code, tuple(problem[:2000] for problem in problems))), error=True)
+        texts = tuple(encodable(problem)[:2000] for problem in problems)
+        query.reply(codec.encode(ControlError(code, texts)), error=True)
 
     def answer_parked(self) -> None:
         """Answer the queries whose wait is over."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from regraft.bus_schema.model.lifecycle import TRANSITIONS, State, Transition, legal, route
+from regraft.bus_schema.texts import encodable
 from regraft.component.component import restore_state
 from regraft.runtime.lifecycle.checkpoints import Checkpoints
 from regraft.runtime.lifecycle.connections import Connections
@@ -13,6 +14,9 @@ from regraft.runtime.parts import Parts
 
 class TransitionFailed(Exception):
     """A transition that is not legal, or whose hook raised; the text states which."""
+
+    def __init__(self, why: str) -> None:
+        super().__init__(encodable(why))
 
 
 class ComponentFailed(Exception):
