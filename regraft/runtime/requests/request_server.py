@@ -16,6 +16,7 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.handover import ServedClient
 from regraft.bus_schema.messages.protocol.requests import Answer, RefusalCode, Reply, Request, Verb
+from regraft.bus_schema.texts import encodable
 from regraft.component.errors import RequestRefused
 from regraft.component.future import Cancelled
 from regraft.component.handlers import Service
@@ -80,6 +81,10 @@ class _Client:
 
     def is_too_old(self, number: int) -> bool:
         return number <= self.forgotten or number in self.answered
+
+
+def _refusal_to(request: Request, why: RequestRefused) -> Reply:
+    return Reply(request.number, Answer.REFUSED, None, encodable(why.why), why.retry_after, why.code, why.field)
 
 
 class Server:
@@ -279,44 +284,49 @@ class Server:
             self._say_again(request, client.replies.get(request.number))
 
     def _finish(self, request: Request, value: Any, error: BaseException | None, why: str = "") -> None:
-        if error is None:
-            try:
-                if type(value) is not self.offered.reply:
-                    raise TypeError(f"returned {type(value).__name__}, not {self.offered.reply.__name__}")
-                reply = self._reply(request, Answer.RESULT, codec.to_plain(value))
-            except (TypeError, BadMessage) as wrong:
-                self._reporter.fault(self.name, wrong)
-                reply = self._reply(request, Answer.FAILED, error=str(wrong))
-        elif isinstance(error, Cancelled):
-            reply = self._reply(request, Answer.CANCELLED, error=why or "cancelled")
-        elif isinstance(error, RequestRefused):
-            reply = self._refuse(request, error)
-        else:
-            self._reporter.fault(self.name, error)
-            reply = self._reply(request, Answer.FAILED, error=f"{type(error).__name__}: {error}")
+        try:
+            reply = self._final_reply(request, value, error, why)
+            payload = codec.encode(reply)
+        except (TypeError, BadMessage) as wrong:
+            self._reporter.fault(self.name, wrong)
+            text = str(wrong) if error is None else f"{type(error).__name__}: {error} (no reply can hold it: {wrong})"
+            reply = Reply(request.number, Answer.FAILED, None, encodable(text))
+            payload = codec.encode(reply)
+        # First of all: if it cannot be put now, it is there when it is asked for again.
         self._client(request.client).remember(request.number, reply)
+        self._put(request.client, payload)
+
+    def _final_reply(self, request: Request, value: Any, error: BaseException | None, why: str) -> Reply:
+        if error is None:
+            if type(value) is not self.offered.reply:
+                raise TypeError(f"returned {type(value).__name__}, not {self.offered.reply.__name__}")
+            return Reply(request.number, Answer.RESULT, codec.to_plain(value))
+        if isinstance(error, Cancelled):
+            return Reply(request.number, Answer.CANCELLED, None, why or "cancelled")
+        if isinstance(error, RequestRefused):
+            return _refusal_to(request, error)
+        self._reporter.fault(self.name, error)
+        return Reply(request.number, Answer.FAILED, None, encodable(f"{type(error).__name__}: {error}"))
 
     def _say_again(self, request: Request, reply: Reply | None) -> None:
         if reply is not None:
-            self._put(request.client, reply)
+            self._put(request.client, codec.encode(reply))
         elif self.offered.action and (request.client, request.number) in self.goals:
             self._reply(request, Answer.ACCEPTED)
 
-    def _reply(self, request: Request, answer: Answer, body: Any = None, error: str = "") -> Reply:
-        reply = Reply(request.number, answer, body, error)
-        self._put(request.client, reply)
-        return reply
+    def _reply(self, request: Request, answer: Answer, body: Any = None) -> None:
+        self._put(request.client, codec.encode(Reply(request.number, answer, body)))
 
     def _refuse(self, request: Request, why: RequestRefused) -> Reply:
-        reply = Reply(request.number, Answer.REFUSED, None, why.why, why.retry_after, why.code, why.field)
-        self._put(request.client, reply)
+        reply = _refusal_to(request, why)
+        self._put(request.client, codec.encode(reply))
         return reply
 
-    def _put(self, client: str, reply: Reply) -> None:
+    def _put(self, client: str, payload: bytes) -> None:
         writer = self._writers.open(self._keys.reply(self.name, client), type_of(Reply).encoding)
         if writer.fresh:
             self._wait_for_client(writer)
-        writer.put(codec.encode(reply))
+        writer.put(payload)
 
     def _wait_for_client(self, writer: Writer) -> None:
         """Wait until the client listens; many that have gone must not keep the component from everybody else."""

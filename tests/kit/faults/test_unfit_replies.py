@@ -1,0 +1,111 @@
+"""Every request is answered: also one whose refusal, failure or result does not fit its message."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from regraft import CallFailed, Component, RefusalCode, RequestRefused, action, service
+from regraft.bus_schema.messages.protocol.requests import Answer
+from regraft.testing import Rig
+from tests.kit.parts import Number
+
+SURROGATE = "no file caf\udce9"
+"""A file name that is not UTF-8, as Python reads it from the system."""
+
+UNFIT: list[Any] = [
+    RequestRefused("later", retry_after=-1.0),
+    RequestRefused("later", retry_after=math.inf),
+    RequestRefused("later", retry_after=math.nan),
+    RequestRefused("later", retry_after="1 s"),  # type: ignore[arg-type]
+    RequestRefused("later", "busy"),  # type: ignore[arg-type]
+    RequestRefused("later", field=SURROGATE),
+    RequestRefused("later", field=("goal", "frame")),  # type: ignore[arg-type]
+]
+"""Refusals that fit no reply."""
+
+
+class Refuser(Component):
+    """Refuses as a test has it."""
+
+    def __init__(self) -> None:
+        self.error: BaseException | None = None
+
+    @service("ask")
+    def ask(self, number: Number) -> Number:
+        return self._refuse(number)
+
+    @service("ask_later")
+    async def ask_later(self, number: Number) -> Number:
+        await self.kit.sleep(0.5)
+        return self._refuse(number)
+
+    @action("pursue")
+    async def pursue(self, number: Number) -> Number:
+        await self.kit.sleep(0.5)
+        return self._refuse(number)
+
+    def _refuse(self, number: Number) -> Number:
+        if self.error is not None:
+            raise self.error
+        return number
+
+
+@pytest.mark.parametrize("which", ["ask", "ask_later"])
+@pytest.mark.parametrize("error", UNFIT, ids=repr)
+def test_a_refusal_that_fits_no_reply_is_a_failed_call(which: str, error: RequestRefused) -> None:
+    with Rig() as rig:
+        rig.add(Refuser).error = error
+        with pytest.raises(CallFailed, match=r"RequestRefused: .*later") as failed:
+            rig.call(which, Number(1), Number)
+        assert failed.value.answer is Answer.FAILED
+        assert rig.clock.now() / 1e9 < 1.0
+        (fault,) = rig.take_faults()
+        assert "BadMessage" in fault
+
+
+@pytest.mark.parametrize("error", UNFIT, ids=repr)
+def test_a_goal_ends_whose_refusal_fits_no_reply(error: RequestRefused) -> None:
+    with Rig() as rig:
+        refuser = rig.add(Refuser)
+        refuser.error = error
+        goal = rig.goal("pursue", Number(1), Number, Number)
+        rig.advance(1.0)
+        assert goal.error is not None
+        assert goal.error.answer is Answer.FAILED
+        refuser.error = None
+        following = rig.goal("pursue", Number(2), Number, Number)
+        rig.advance(1.0)
+        assert following.result == Number(2)
+        assert len(rig.take_faults()) == 1
+
+
+@pytest.mark.parametrize("which", ["ask", "ask_later"])
+def test_a_refusal_with_any_text_keeps_its_code(which: str) -> None:
+    with Rig() as rig:
+        rig.add(Refuser).error = RequestRefused(SURROGATE, RefusalCode.NOT_FOUND, field="path")
+        with pytest.raises(CallFailed, match=r"path: no file caf\\udce9") as refused:
+            rig.call(which, Number(1), Number)
+        assert (refused.value.answer, refused.value.code) == (Answer.REFUSED, RefusalCode.NOT_FOUND)
+
+
+@pytest.mark.parametrize("which", ["ask", "ask_later"])
+def test_an_exception_with_any_text_is_a_failed_call(which: str) -> None:
+    with Rig() as rig:
+        rig.add(Refuser).error = ValueError(SURROGATE)
+        with pytest.raises(CallFailed, match=r"ValueError: no file caf\\udce9") as failed:
+            rig.call(which, Number(1), Number)
+        assert failed.value.answer is Answer.FAILED
+        assert len(rig.take_faults()) == 1
+
+
+def test_a_goal_that_raises_with_any_text_ends() -> None:
+    with Rig() as rig:
+        rig.add(Refuser).error = ValueError(SURROGATE)
+        goal = rig.goal("pursue", Number(1), Number, Number)
+        rig.advance(1.0)
+        assert goal.error is not None
+        assert goal.error.answer is Answer.FAILED
+        assert len(rig.take_faults()) == 1
