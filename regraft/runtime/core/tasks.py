@@ -5,6 +5,7 @@ A coroutine awaits a ``Future``. Its task is put back in line when the future is
 
 from __future__ import annotations
 
+import contextlib
 from collections import deque
 from collections.abc import Callable, Coroutine
 from dataclasses import dataclass, field
@@ -12,12 +13,16 @@ from typing import Any
 
 from regraft.component.future import Cancelled, Future
 
+MAX_CLEANUPS = 100
+"""Waits at which a coroutine is closed, one after another: its clean-ups may be nested, or never end."""
+
 
 @dataclass(eq=False, slots=True)
 class RunningTask:
     """A running coroutine; ``goal`` is set where it pursues a goal, ``answers`` where it handles one message.
 
-    ``asked_by`` is who asked, by name, where it serves a request.
+    ``asked_by`` is who asked, by name, where it serves a request. ``cancel_noted`` is a cancelling that came while it
+    ran: it takes effect where it awaits next.
     """
 
     tasks: Tasks
@@ -28,6 +33,7 @@ class RunningTask:
     answers: bool = False
     asked_by: str = ""
     waiting_for: Future[Any] | None = None
+    cancel_noted: bool = False
     cancelling: bool = False
     finished: bool = False
 
@@ -37,10 +43,30 @@ class RunningTask:
         self.tasks.in_line.append(self)
 
     def cancel(self) -> None:
-        """Raise ``Cancelled`` in the coroutine, at once; what it does about it is its own business."""
-        if not self.finished and not self.cancelling:
-            self.cancelling = True
-            self.tasks.advance(self)
+        """Raise ``Cancelled`` in the coroutine, at once; what it does about it is its own business.
+
+        One that runs now, as it cancels itself, gets it where it awaits next.
+        """
+        if self.finished or self.cancelling:
+            return
+        if self._runs:
+            self.cancel_noted = True
+            return
+        self.cancelling = True
+        self.tasks.advance(self)
+
+    @property
+    def _runs(self) -> bool:
+        """Whether the coroutine, or the generator that serves as one, is being executed."""
+        runs = getattr(self.coroutine, "cr_running", False) or getattr(self.coroutine, "gi_running", False)
+        return bool(runs)
+
+    def close(self) -> None:
+        """End the coroutine wherever it is. Its clean-ups are not waited for, and their exceptions are dropped."""
+        for _ in range(MAX_CLEANUPS):
+            with contextlib.suppress(Exception, Cancelled):
+                self.coroutine.close()
+                return
 
 
 @dataclass(slots=True)
@@ -98,10 +124,10 @@ class Tasks:
 
     def _wait(self, task: RunningTask, waiting: object) -> None:
         if task.cancelling:
-            task.coroutine.close()
+            task.close()
             self._end(task, None, RuntimeError(f"{task.name} awaited while it was being cancelled"))
         elif not isinstance(waiting, Future):
-            task.coroutine.close()
+            task.close()
             self._end(
                 task,
                 None,
@@ -110,6 +136,8 @@ class Tasks:
         else:
             task.waiting_for = waiting
             waiting.when_done(task.wake)
+            if task.cancel_noted:
+                task.cancel()
 
     @staticmethod
     def _abandon_wait(task: RunningTask) -> None:
@@ -118,6 +146,8 @@ class Tasks:
             task.waiting_for = None
 
     def _end(self, task: RunningTask, value: Any, error: BaseException | None) -> None:
+        if task.finished:
+            return
         task.finished = True
         self.alive.remove(task)
         task.on_done(value, error)
