@@ -28,13 +28,13 @@ def test_a_cancelled_objective_ends_in_the_next_run_too_where_the_first_one_was_
     store.add([Objective("to_navigate")], "a goal")
     store["to_navigate"].release("a goal")
     assert store.over(0.0, 10.0) == ["to_navigate"]
-    restarted.restore(store.remembered(), 0.0)  # type: ignore[arg-type]
+    restarted.restore(store.remembered(), 0.0)
     assert restarted.over(10.0, 10.0) == ["to_navigate"]
 
 
 def test_an_objective_of_a_client_waits_for_it_in_the_next_run(stores: tuple[ObjectiveStore, ObjectiveStore]) -> None:
     store, restarted = stores
     store.add([Objective("to_navigate")], "a goal")
-    restarted.restore(store.remembered(), 0.0)  # type: ignore[arg-type]
+    restarted.restore(store.remembered(), 0.0)
     restarted["to_navigate"].own("the same goal")
     assert restarted.over(100.0, 10.0) == []
