@@ -10,6 +10,12 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.host import HostStatus
 
+MAX_DIGITS = 10
+"""Digits of an incarnation at the most: messages carry it in 32 bits, and Python reads no number of 5,000 digits."""
+
+Run = tuple[str, int]
+"""A component's name and incarnation."""
+
 Runs = dict[str, set[int]]
 """The incarnations of components, by name."""
 
@@ -38,13 +44,18 @@ def newest_run(told: Iterable[HostStatus], component: str) -> int | None:
     return max(found, default=None)
 
 
+def run_of(token: str) -> Run | None:
+    """Return the run whose liveliness token has this key, None if no run has it."""
+    name, _, number = token.split("/")[-3:]
+    fits = number.isascii() and number.isdecimal() and len(number) <= MAX_DIGITS
+    return (name, int(number)) if fits else None
+
+
 def runs_shown(tokens: Iterable[str]) -> Runs:
     """Return the runs that liveliness tokens show; a token that names no run is nobody's."""
     runs: Runs = {}
-    for token in tokens:
-        name, _, run = token.split("/")[-3:]
-        if run.isascii() and run.isdecimal():
-            runs.setdefault(name, set()).add(int(run))
+    for name, incarnation in filter(None, map(run_of, tokens)):
+        runs.setdefault(name, set()).add(incarnation)
     return runs
 
 

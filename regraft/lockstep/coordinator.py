@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable
 from functools import partial
 
 from regraft.bus.interface import Closable, Presence, Sample
+from regraft.bus.known_runs import Run, run_of
 from regraft.bus_schema.messages.management.system import SystemFaultKind
 from regraft.bus_schema.messages.protocol.clock import (
     Ack,
@@ -28,7 +29,6 @@ from regraft.lockstep.joining.absence import AbsentRuns
 from regraft.lockstep.joining.admission import Admission
 from regraft.lockstep.joining.gathering import wait_for_members
 from regraft.lockstep.joining.join_requests import JoinRequests
-from regraft.lockstep.joining.liveness import Run, run_of
 from regraft.lockstep.markers import Markers
 from regraft.lockstep.member import NOT_COME
 from regraft.lockstep.membership import Membership, MemberState

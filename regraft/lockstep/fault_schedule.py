@@ -6,13 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from regraft.bus.interface import Answer, BusError
+from regraft.bus.known_runs import Run
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.protocol.faults import BringBack, FaultInjected, InjectFault
 from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.scheduled_faults import ScheduledFault
-from regraft.lockstep.joining.liveness import Run
 from regraft.lockstep.scheduled_members import ScheduledMembers
 from regraft.patience import Patience
 from regraft.runtime.runtime import Runtime

@@ -96,6 +96,8 @@ def test_a_refusal_shows_what_is_wrong_and_what_there_is() -> None:
         ("1 + atan2(a)", "'atan2(a)': atan2 takes 2, not 1 values"),
         ("a" * 2001, "has 2001 characters, must have at most 2000"),
         ("-" * 300 + "a", "is nested more than 140 deep"),
+        ("~" * 1900 + "a.b", "is nested more than 140 deep"),
+        ("f()" + ".b" * 900, "is nested more than 140 deep"),
     ):
         with pytest.raises(BadMessage) as failure:
             Expression(text)

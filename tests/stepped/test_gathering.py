@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from regraft.bus.known_runs import run_of, runs_shown
 from regraft.bus_schema.keys import Keys
 from regraft.lockstep.joining import gathering
 from regraft.patience import Patience
@@ -57,3 +58,9 @@ def test_who_shows_no_sign_of_life_is_given_up() -> None:
     bus = _Lists({"sim"})
     assert _gather(bus, joins_after=None) == ["slow"]
     assert bus.asked >= 2
+
+
+def test_tokens_with_numbers_that_no_run_has_show_nobody() -> None:
+    forged = [KEYS.alive("slow", 1).removesuffix("1") + number for number in ("", "x", "\u0661", "1" * 11, "1" * 5000)]
+    assert runs_shown([KEYS.alive("sim", 1), *forged]) == {"sim": {1}}
+    assert [run_of(token) for token in forged] == [None] * len(forged)

@@ -20,6 +20,7 @@ from regraft.bus_schema.errors import BadMessage
 MAX_LENGTH: Final = 2000
 MAX_PARTS: Final = 400
 MAX_DEPTH: Final = 140
+TOO_DEEP: Final = f"is nested more than {MAX_DEPTH} deep"
 KNOWN: Final = "known"
 
 
@@ -83,7 +84,10 @@ class Expression:
             self.root: ast.expr = ast.parse(text.strip(), mode="eval").body
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
             raise BadMessage(f"{text!r} is no expression: {getattr(error, 'msg', error)}") from None
-        self._parts = parts = list(_walk(self.root))
+        try:
+            self._parts = parts = list(_walk(self.root))
+        except RecursionError:  # in what shows a part that has no place here
+            raise BadMessage(TOO_DEEP) from None
         if len(parts) > MAX_PARTS:
             raise BadMessage(f"has {len(parts)} parts, must have at most {MAX_PARTS}")
         self.names = tuple(dict.fromkeys(name for part in parts if (name := _name(part)) is not None))
@@ -154,7 +158,7 @@ class Expression:
 def _walk(node: ast.expr, depth: int = 1) -> Iterator[ast.expr]:
     """Yield a node and all below it; raises BadMessage for one that has no place in an expression."""
     if depth > MAX_DEPTH:
-        raise BadMessage(f"is nested more than {MAX_DEPTH} deep")
+        raise BadMessage(TOO_DEEP)
     yield node
     for part in _parts(node):
         yield from _walk(part, depth + 1)

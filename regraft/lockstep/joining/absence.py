@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from regraft.lockstep.joining.liveness import Run
+from regraft.bus.known_runs import Run
 from regraft.patience import Patience
 
 RETURN_TIMEOUT = 1.0

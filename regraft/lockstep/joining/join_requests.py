@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from regraft.bus.known_runs import Run
 from regraft.bus_schema.messages.protocol.clock import ClockMember, Join
-from regraft.lockstep.joining.liveness import LivenessTracker, Run
+from regraft.lockstep.joining.liveness import LivenessTracker
 from regraft.lockstep.membership import Membership
 
 

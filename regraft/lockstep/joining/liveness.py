@@ -4,18 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from regraft.bus.known_runs import Run
 from regraft.bus_schema.messages.protocol.clock import Join
 
 MAX_EARLY = 1000
 """Joins that may wait for the liveliness token of their run."""
-
-Run = tuple[str, int]
-
-
-def run_of(token: str) -> Run | None:
-    """Return the run whose liveliness token has this key, None if no run has it."""
-    name, _, number = token.split("/")[-3:]
-    return (name, int(number)) if number.isascii() and number.isdecimal() else None
 
 
 class LivenessTracker:
