@@ -19,6 +19,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from types import TracebackType
 from typing import Any, TypeVar
 
@@ -50,9 +51,16 @@ M = TypeVar("M")
 A = TypeVar("A")
 
 FAULT = "component.fault"
+MAX_TEXT = 10_000
+"""Characters of a fault's text that are shown."""
 FINEST = 1_000_000
 """Nanoseconds by which the clock moves at the least."""
 HEAVY_WORK_TIMEOUT = 10.0
+
+
+def _line(component: str, text: str) -> str:
+    """Return a fault in words; an event cuts a text that is very long."""
+    return f"{component}: {text[:MAX_TEXT]}"
 
 
 class Rig:
@@ -70,6 +78,7 @@ class Rig:
         self.keys = Keys(system)
         self.events: list[Event] = []
         self._faults: list[str] = []
+        self._taken: set[str] = set()
         self.runtimes: dict[str, Runtime] = {}
         self._system = system
         self._seed = seed
@@ -78,6 +87,7 @@ class Rig:
         self._writers = Writers(self.bus, self.clock, identity)
         self._timers = Timers()
         self._reporter = StatusReporter(self.bus, self.keys, self.clock, identity, 3600.0)
+        self._reporter.on_fault = partial(self._take_fault, identity.name)
         self._inbound = Inbound(self.clock, stepped=False)
         self._requests = RequestClient(self.keys, "rig-1", self._writers, self._timers, self._reporter)
         self._inbound.add(self.keys.reply("**", "rig-1"), self._requests)
@@ -94,13 +104,18 @@ class Rig:
             runtime.leave()
         self.bus.close()
         if kind is None and (faults := self.take_faults()):
-            raise AssertionError("\n".join(("the test has not expected these faults:", *faults)))
+            raise AssertionError("\n".join(("the test has not expected these faults:", *dict.fromkeys(faults))))
 
     def _take_event(self, sample: Any) -> None:
         event = codec.decode(sample.payload, Event)
         self.events.append(event)
-        if event.kind == FAULT:
-            self._faults.append(f"{event.subject}: {event.text}")
+        if event.kind == FAULT and _line(event.subject, event.text) not in self._taken:
+            self._faults.append(_line(event.subject, event.text))
+
+    def _take_fault(self, component: str, text: str) -> None:
+        """Take a fault as it is reported: of equal ones within seconds, only the first is an event."""
+        self._faults.append(_line(component, text))
+        self._taken.add(_line(component, text))
 
     def take_faults(self) -> list[str]:
         """Return what authors' methods have raised since the last call, in words: each component, where, and what."""
@@ -131,6 +146,7 @@ class Rig:
         )
         runtime = Runtime(cls, assignment, MemoryBus(self.hub), self.clock)
         self.runtimes[assignment.name] = runtime
+        runtime.reporter.on_fault = partial(self._take_fault, assignment.name)
         loop.start(runtime)
         self.settle()
         component = runtime.component

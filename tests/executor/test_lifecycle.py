@@ -240,6 +240,7 @@ def test_node_types_that_cannot_be_found_are_named() -> None:
         assert "no.such.module:Leaf" in fault
         with pytest.raises(TransitionFailed):
             rig.transition("bt_executor", Transition.CONFIGURE)
+        assert rig.take_faults() == [fault]
 
 
 def test_a_stack_can_have_mocks_take_nodes_places(mission: str, tmp_path: Path) -> None:

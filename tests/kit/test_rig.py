@@ -6,7 +6,7 @@ from contextlib import nullcontext
 
 import pytest
 
-from regraft import CallFailed, Component, Output
+from regraft import CallFailed, Component, Input, Output
 from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.testing import Rig
 from tests.kit.parts import Asker, Counter, Echo, Number, Oracle, Walker
@@ -100,6 +100,39 @@ def test_author_faults_are_seen_as_events() -> None:
         assert [event.kind for event in rig.events if event.kind == "component.fault"] == ["component.fault"]
         assert rig.take_faults() == ["oracle: break: ZeroDivisionError: by design"]
         assert rig.take_faults() == []
+
+
+class Unlucky(Component):
+    """Has an exception for every number."""
+
+    heard = Input(Number)
+
+    @heard.handler
+    def hear(self, number: Number) -> None:
+        raise ValueError(f"unlucky: {number.value}")
+
+
+def test_every_fault_is_taken_also_when_they_come_at_once() -> None:
+    with Rig() as rig:
+        rig.add(Unlucky)
+        for value in (13, 17, 13):
+            rig.publish("heard", Number(value))
+        assert rig.take_faults() == [f"unlucky: heard: ValueError: unlucky: {value}" for value in (13, 17, 13)]
+
+
+class Unready(Component):
+    """Cannot be configured."""
+
+    def on_configure(self) -> None:
+        raise ValueError("not ready")
+
+
+def test_a_state_that_is_not_reached_is_a_fault_too() -> None:
+    with Rig() as rig:
+        rig.add(Unready)
+        raised, missed = rig.take_faults()
+        assert raised == "unready: on_configure: ValueError: not ready"
+        assert missed.startswith("unready: did not become active: ")
 
 
 def _break(*, expected: type[Exception] | None) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import logging
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -29,7 +30,11 @@ SOON = 0.005
 
 
 class StatusReporter:
-    """Speaks for one component. Its reports are for onlookers and take no part in simulated time."""
+    """Speaks for one component. Its reports are for onlookers and take no part in simulated time.
+
+    Attributes:
+        on_fault: called with the text of every fault, also of one that was an event moments ago.
+    """
 
     def __init__(self, bus: Bus, keys: Keys, clock: Clock, identity: Identity, heartbeat: float) -> None:
         """Report nothing yet; ``heartbeat`` is in seconds."""
@@ -43,6 +48,7 @@ class StatusReporter:
         self._status_key = keys.status(identity.name)
         self._said: dict[tuple[str, str], float] = {}
         self.faults = 0
+        self.on_fault: Callable[[str], None] = lambda text: None
         self.news: OwnNews | None = None
         self.next_beat = 0.0
 
@@ -127,6 +133,7 @@ class StatusReporter:
     def fault(self, where: str, error: BaseException) -> None:
         """Report an exception from an author's method, with its traceback in the log."""
         text = encodable(f"{where}: {type(error).__name__}: {error}")
+        self.on_fault(text)
         if self._fresh("fault", where + type(error).__name__):
             self.log.error(text, exc_info=error)
             self.event("component.fault", text)
