@@ -106,6 +106,8 @@ class Membership:
         """Its numbering continues, or its new epoch restarts it. To drop it now would drop its next samples."""
         for other in self.members.values():
             other.gone.discard(name)
+        # The numbers that are still pending are those of the run before this one.
+        self._drop_pending_of(name)
         on_demand = frozenset(wiring.on_demand)
         member = MemberState(name, incarnation, dict(wiring.inputs), set(wiring.outputs), on_demand, next_wake)
         self.members[name] = member
@@ -118,6 +120,9 @@ class Membership:
     def remove(self, name: str) -> None:
         """Forget a member that is lost: what others have not handled of it by now may never come."""
         self.leave(name)
+        self._drop_pending_of(name)
+
+    def _drop_pending_of(self, name: str) -> None:
         for member in self.members.values():
             for sources in member.pending.values():
                 sources.pop(name, None)

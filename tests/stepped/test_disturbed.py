@@ -160,6 +160,20 @@ def test_a_source_that_leaves_and_returns_at_once_is_not_forgotten_after_its_ret
     assert reader.begin_step() == {key: {"writer": 3}}
 
 
+def test_a_run_that_was_released_leaves_no_numbering_to_the_next_one_of_its_name() -> None:
+    membership = Membership()
+    key = "s/topic/t"
+    reader = membership.add("reader", 1, Wiring({key: False}, {}), None)
+    membership.add("writer", 1, Wiring({}, {key: 7}), None)
+    membership.confirm((key, "writer", "reader"), 5)
+    membership.leave("writer")
+    writer = membership.add("writer", 2, Wiring({}, {key: 0}), None)
+    membership.confirm((key, "writer", "reader"), 0)
+    assert "writer" not in reader.begin_step().get(key, {})
+    membership.advance(writer, {key: 3})
+    assert reader.begin_step() == {key: {"writer": 3}}
+
+
 def test_a_holder_of_a_slot_that_waits_for_time_is_cancelled_and_time_goes_on(steps: StepSite) -> None:
     steps.start(Dawdler, "dawdler")
     steps.start_world(TinyWorld, ("dawdler",), 3600.0)
