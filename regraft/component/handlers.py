@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, is_dataclass
 from typing import Any, TypeVar, get_type_hints
 
+from regraft.bus_schema.encoding.records import arrays_in, record_shape
 from regraft.bus_schema.encoding.registry import type_of
 from regraft.bus_schema.errors import BadType
 from regraft.bus_schema.model.description import ServiceDescription
@@ -154,6 +155,10 @@ def service_of(method: str, function: Callable[..., Any]) -> Service | None:
         raise BadType(f"{function.__qualname__} must take one annotated message and be annotated with its reply")
     text = inspect.getdoc(function) or ""
     (request,) = hints.values()
+    for part in (request, reply, offer.feedback):
+        if is_dataclass(part) and isinstance(part, type) and any(arrays_in(record_shape(part))):
+            why = f"{part.__qualname__} holds an array, which no request, reply or feedback can"
+            raise BadType(f"{function.__qualname__}: {why}: publish it on a topic, or make it a tuple or bytes")
     return Service(offer.name, method, request, reply, offer.action, offer.feedback, text.split("\n")[0], offer.goals)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import types
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cache
@@ -251,13 +252,25 @@ def shape_of(hint: Any) -> Shape:
 
 def holds_tail(shape: Shape) -> bool:
     """Return whether a value of this shape is, or contains, an array that travels as the payload's tail."""
-    if isinstance(shape, ArrayShape):
-        return shape.layout.tail
-    if isinstance(shape, shapes.TupleShape | shapes.MapShape | shapes.OptionalShape):
-        return holds_tail(shape.item)
-    if isinstance(shape, RecordShape):
-        return any(holds_tail(inner) for _, inner in shape.fields)
-    return isinstance(shape, UnionShape) and any(holds_tail(member) for member in shape.members.values())
+    return any(array.layout.tail for array in arrays_in(shape))
+
+
+def arrays_in(shape: Shape) -> Iterator[ArrayShape]:
+    """Yield the shapes of the arrays that a value of this shape is or contains."""
+    inner: Iterable[Shape] = ()
+    match shape:
+        case ArrayShape():
+            yield shape
+        case shapes.TupleShape() | shapes.MapShape() | shapes.OptionalShape():
+            inner = (shape.item,)
+        case RecordShape():
+            inner = (each for _, each in shape.fields)
+        case ShorthandShape():
+            inner = (shape.record,)
+        case UnionShape():
+            inner = shape.members.values()
+    for each in inner:
+        yield from arrays_in(each)
 
 
 def _scalar(hint: Any, notes: tuple[Any, ...]) -> Shape:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Protocol
 
+import msgpack
 import numpy as np
 
 from regraft.bus_schema.errors import BadMessage
@@ -338,6 +339,8 @@ class PlainShape:
             return PLAIN_FLOAT.pack(value)
         if depth >= MAX_PLAIN_DEPTH:
             raise BadMessage(f"is nested deeper than {MAX_PLAIN_DEPTH} levels")
+        if isinstance(value, msgpack.ExtType):  # a tuple, too
+            raise BadMessage("is an array as messages hold it, must be plain data: tolist() or tobytes() makes it that")
         if isinstance(value, list | tuple):
             return [self.pack(item, depth + 1) for item in value]
         if isinstance(value, Mapping):

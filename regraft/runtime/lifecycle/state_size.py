@@ -9,7 +9,7 @@ from regraft.bus_schema.errors import BadMessage
 
 MAX_BYTES = 64 * 1024 * 1024
 MAX_VALUES = 250_000
-"""Values in a state, those in lists and maps included; an array counts as one."""
+"""Values in a state, those in lists and maps included."""
 
 
 SCALARS = frozenset((int, float, bool, type(None)))
@@ -27,9 +27,9 @@ def check_size(state: PlainValue) -> None:
         elif isinstance(value, list | tuple):
             inner = value
         else:
-            size += len(value) if isinstance(value, str | bytes | bytearray) else getattr(value, "nbytes", 0)
+            size += len(value) if isinstance(value, str | bytes | bytearray) else 0
         values += len(inner)
         if values > MAX_VALUES or size > MAX_BYTES:
-            limits = f"{MAX_BYTES // 1024**2} MB and {MAX_VALUES:,} values, an array counting as one"
+            limits = f"{MAX_BYTES // 1024**2} MB and {MAX_VALUES:,} values"
             raise BadMessage(f"state: is too large: must have at most {limits}")
         waiting += [one for one in inner if type(one) not in SCALARS]
