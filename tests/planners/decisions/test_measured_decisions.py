@@ -231,7 +231,7 @@ def test_the_bandits_credit_a_choice_with_what_was_measured_since_its_effect(tmp
         on.rig.advance(1.1)
         on.measures(speed=0.2)
         on.rig.advance(1.0)
-        assert on.propose()["credit"]["utility"] == 0.2
+        assert on.propose(apply=True)["credit"]["utility"] == 0.2
 
 
 def test_the_bandits_say_why_a_choice_has_no_credit(tmp_path: Path) -> None:
@@ -239,7 +239,7 @@ def test_the_bandits_say_why_a_choice_has_no_credit(tmp_path: Path) -> None:
         on.measures(speed=0.9)
         on.propose(apply=True)
         on.rig.advance(2.0)
-        chosen = on.propose()
+        chosen = on.propose(apply=True)
         assert "credit" not in chosen
         assert any(
             note.startswith("the choice before has no credit: navigator.speed is not measured: ")
