@@ -252,7 +252,9 @@ def _drives_slowly(frog: Frog, odometry: list[Odometry], since: float) -> None:
         return [speed_of(o.twist) for o in odometry if o.stamp > since]
 
     wait_until(lambda: max(speeds(), default=0.0) > 0.05, "the robot to drive slowly", 60.0)
-    frog.wait_for_time(6.0)
+    # By the odometry itself: at full speed the clock is heard a second of simulated time before it.
+    end = frog.clock().time / 1e9 + 6.0
+    wait_until(lambda: odometry[-1].stamp >= end, "six seconds more of odometry", 60.0)
     assert len(speeds()) > 100
     assert max(speeds()) <= 0.105
 
