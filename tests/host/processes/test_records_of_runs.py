@@ -67,6 +67,17 @@ def ended(host: Host, name: str, incarnation: int, pid: int = 7) -> None:
     host.zygote_reports({"ended": pid, "name": name, "incarnation": incarnation, "code": 1})
 
 
+def awaiting_a_successor(zygote: NoProcesses) -> Host:
+    """Return a host whose component runs, and is to be succeeded on another host."""
+    local = Host(plan("local", HOME), MemoryBus(MemoryHub()), zygote)
+    ask(local, "start", StartComponent("ticker", term=1))
+    local.start_due()
+    started(local, "ticker", 1)
+    local.beats(local.processes["ticker"])
+    ask(local, "succeed", StartSuccessor(AWAY, 1, True, 1))
+    return local
+
+
 @pytest.fixture
 def zygote() -> NoProcesses:
     return NoProcesses()
@@ -84,12 +95,7 @@ def test_a_component_can_be_started_where_its_successor_had_ended(zygote: NoProc
 
 
 def test_a_component_can_be_started_where_its_frozen_run_had_ended(zygote: NoProcesses) -> None:
-    local = Host(plan("local", HOME), MemoryBus(MemoryHub()), zygote)
-    ask(local, "start", StartComponent("ticker", term=1))
-    local.start_due()
-    started(local, "ticker", 1)
-    local.beats(local.processes["ticker"])
-    ask(local, "succeed", StartSuccessor(AWAY, 1, True, 1))
+    local = awaiting_a_successor(zygote)
     ask(local, "speak", LetSpeak("ticker", 2, None, 1, "edge"))
     ended(local, "ticker", 1)
     ask(local, "specs", UpdateSpecs(1, (HOME,), term=1))
@@ -100,12 +106,7 @@ def test_a_component_can_be_started_where_its_frozen_run_had_ended(zygote: NoPro
 
 
 def test_a_run_that_ended_while_its_successor_was_awaited_is_started_once(zygote: NoProcesses) -> None:
-    local = Host(plan("local", HOME), MemoryBus(MemoryHub()), zygote)
-    ask(local, "start", StartComponent("ticker", term=1))
-    local.start_due()
-    started(local, "ticker", 1)
-    local.beats(local.processes["ticker"])
-    ask(local, "succeed", StartSuccessor(AWAY, 1, True, 1))
+    local = awaiting_a_successor(zygote)
     ended(local, "ticker", 1)
     ask(local, "specs", UpdateSpecs(1, (HOME,), term=1))
     ask(local, "start", StartComponent("ticker", term=1))
