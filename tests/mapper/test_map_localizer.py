@@ -123,6 +123,23 @@ def test_what_is_said_of_the_start_is_not_believed_against_scans_that_fit() -> N
         assert walk.error < 0.05
 
 
+def test_where_the_robot_is_to_begin_with_is_believed_again_after_a_rest() -> None:
+    with Rig() as rig:
+        walk = Walk(rig)
+        rig.publish("map", room_map())
+        walk.go(2.0)
+        rig.transition("localizer", Transition.DEACTIVATE)
+        walk.carry(6.0)
+        rig.transition("localizer", Transition.ACTIVATE)
+        walk.scans = False
+        walk.go(TICK)
+        assert walk.error > 0.5
+        truth = circle(walk.ticks * TICK)
+        rig.publish("start", replace(walk.odometry(), frame="map", pose=geometry.Pose.planar(*_parts(truth))))
+        walk.go(0.5)
+        assert walk.error < 0.05
+
+
 def test_a_robot_of_unknown_place_is_searched_for_on_the_map() -> None:
     with Rig() as rig:
         walk = Walk(rig, shift=Pose2D(0.9, 0.7, 2.0))

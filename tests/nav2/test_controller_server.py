@@ -289,6 +289,28 @@ def test_a_motion_that_takes_too_long_fails(bench: Bench, action: str, goal: obj
     assert (bench.stage.robot.twist.v, bench.stage.robot.twist.w) == (0.0, 0.0)
 
 
+@pytest.mark.parametrize(
+    ("action", "goal"),
+    [("spin", Spin(1.57)), ("backup", DriveStraight(0.3, 0.1)), ("drive_on_heading", DriveStraight(1, 0.2))],
+)
+@pytest.mark.parametrize("missing", ["odometry", "scans"])
+def test_a_motion_that_begins_blind_is_done_once_something_is_seen(
+    bench: Bench, action: str, goal: Spin | DriveStraight, missing: str
+) -> None:
+    before = bench.pose
+    setattr(bench.stage, missing, False)
+    bench.run(2.0)
+    given = bench.ask(action, goal, MotionDone)
+    bench.run(1.0)
+    assert not given.done
+    setattr(bench.stage, missing, True)
+    assert bench.finish(given).error_code == 0
+    if isinstance(goal, Spin):
+        assert abs(wrap_angle(bench.pose.yaw - before.yaw - goal.target_yaw)) < 0.08
+    else:
+        assert bench.pose.distance(before) == pytest.approx(goal.distance, abs=0.03)
+
+
 @pytest.mark.parametrize("time", [2.0, -2.0])
 def test_a_wait_stands_for_its_time_also_without_a_lidar(bench: Bench, time: float) -> None:
     bench.stage.scans = False

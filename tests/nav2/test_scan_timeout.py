@@ -38,6 +38,21 @@ def test_the_robot_drives_on_for_that_long_after_the_last_scan(
         assert stage.robot.twist.v > 0.1
 
 
+@pytest.mark.parametrize("every", [0.4, 1.0])
+def test_new_goals_do_not_make_a_robot_drive_on_with_a_silent_lidar(every: float) -> None:
+    with Rig() as rig:
+        stage = Stage.of(rig, BehaviourServer, START)
+        rig.goal("drive_on_heading", DriveStraight(2.5, 0.2, 60.0), MotionDone)
+        stage.run(2.0)
+        stage.scans = False
+        stage.run(USUAL + 0.3)
+        stood_at = stage.robot.pose
+        for _ in range(8):
+            rig.goal("drive_on_heading", DriveStraight(2.5, 0.2, 60.0), MotionDone)
+            stage.run(every)
+        assert stage.robot.pose == stood_at
+
+
 def test_it_can_change_while_the_robot_drives() -> None:
     with Rig() as rig:
         stage = Stage.of(rig, BehaviourServer, START)

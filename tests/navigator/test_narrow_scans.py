@@ -60,7 +60,7 @@ class Robot:
         """Return what is wrong with a scan from here."""
         self.time += 0.5
         self.watch.look(self.pose, scan or self.scan(), self.pose, PLANNER)
-        self.watch.check(self.time, 0.0, 10.0)
+        self.watch.check(self.time, 10.0)
         return self.watch.fault
 
     def can_drive(self, twist: Twist2D) -> bool:

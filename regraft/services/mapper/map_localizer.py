@@ -171,8 +171,9 @@ class MapLocalizer(Component):
         self._judge()
 
     def _judge(self) -> None:
-        fix = self.mapping.fix
-        self._settled = self._settled or bool(fix and fix.fits and fix.match)
+        fix, located = self.mapping.fix, self.mapping.located_at
+        is_new = located is not None and located >= self._since
+        self._settled = self._settled or bool(is_new and fix and fix.fits and fix.match)
         self._fit_watch.look()
 
     @every(hz=5.0)

@@ -25,7 +25,7 @@ from regraft.services.navigator.sensing.sight import Sight
 
 Phase = Literal["idle", "driving", "turning", "recovering", "waiting", "arrived", "failed"]
 
-STATE_VERSION = 3
+STATE_VERSION = 4
 DEFAULT_PERIOD = 0.05  # s, at the first update, when no other is known
 # A drive that takes longer than this and SLOWNESS times the first path's time is given up.
 PATIENCE = 60.0  # s
@@ -103,7 +103,6 @@ class Follower:
         self._time: float | None = None
         self._stamp = -math.inf
         self._told = Twist2D()
-        self._started_at: float | None
         self._waiting_since: float | None
         self._held_since: float | None
         self._held_until: float | None
@@ -144,8 +143,6 @@ class Follower:
         elapsed = DEFAULT_PERIOD if self._time is None else time - self._time
         period = min(max(elapsed, 0.01), 0.2)
         self._time = time
-        if self._started_at is None and self._goal is not None:
-            self._started_at = time
         lost = self._perceive(time, time if stamp is None else stamp, pose, twist, scan)
         decision = self._decide(time, Situation(pose, twist, self._sight.obstacles, self.limits, period), lost)
         self._turning = decision.turning
@@ -161,7 +158,6 @@ class Follower:
             "phase": self._phase,
             "reason": self._reason,
             "hindrance": self._hindrance,
-            "started_at": self._started_at,
             "waiting_since": self._waiting_since,
             "held": [self._held_since, self._held_until],
             "spent": self._spent,
@@ -176,7 +172,7 @@ class Follower:
             raise ValueError(f"the state has version {state.get('version')}, not {STATE_VERSION}")
         self._begin(state["phase"], None if state["goal"] is None else Pose2D(*state["goal"]))
         self._time, self._reason, self._hindrance = state["time"], state["reason"], state["hindrance"]
-        self._started_at, self._spent = state["started_at"], state["spent"]
+        self._spent = state["spent"]
         self._waiting_since = state["waiting_since"]
         self._held_since, self._held_until = state["held"]
         self._turning, self._told = state["turning"], Twist2D(*state["told"])
@@ -200,7 +196,6 @@ class Follower:
         self._reason = ""
         # The reason that a stuck robot can give besides the last plan's error: the obstacle that the controller met.
         self._hindrance = ""
-        self._started_at = None
         self._waiting_since = None
         self._held_since = None
         self._held_until = None
@@ -214,11 +209,10 @@ class Follower:
 
     def _perceive(self, time: float, stamp: float, pose: Pose2D, twist: Twist2D, scan: Scan | None) -> Fault | None:
         """Take in what the sensors report; return their fault, with which the robot cannot drive."""
-        since = -math.inf if self._started_at is None else self._started_at
         self._stamp = stamp
         if scan is not None and self._scans.is_new(scan):
             self._scans.look(self._sight.pose, scan, pose, self._planner)
-        self._scans.check(time, since, self.scan_timeout)
+        self._scans.check(time, self.scan_timeout)
         self._sight.absorb(stamp, pose, twist, None if self._scans.text else scan, self._planner)
         if time - stamp > LOST_TIMEOUT:
             return Fault("odometry", "no odometry comes")

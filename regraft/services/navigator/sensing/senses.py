@@ -88,12 +88,9 @@ class ScanWatch:
         else:
             self._content = frozen or self._blind_ahead(scan, place, planner)
 
-    def check(self, time: float, since: float, timeout: float = SILENT_TIMEOUT) -> None:
-        """Judge what has come until now (s); `since` (s) is when the scans were first needed.
-
-        The lidar is silent when its last scan is older than `timeout` (s).
-        """
-        silent = time - max(self._stamp, since) > timeout
+    def check(self, time: float, timeout: float = SILENT_TIMEOUT) -> None:
+        """Judge what has come until ``time`` (s): a lidar is silent whose last scan is older than ``timeout`` (s)."""
+        silent = time - self._stamp > timeout
         self.fault = ScanFault.SILENT if silent else self._content
 
     def _frozen(self, pose: Pose2D, scan: Scan) -> ScanFault | None:

@@ -33,6 +33,7 @@ class Behaviour:
     travelled: float = 0.0
     started: float | None = field(init=False, default=None)
     elapsed: float = field(init=False, default=0.0)
+    _has_begun: bool = field(init=False, default=False)
 
     def end(self, ended: Ended) -> None:
         """End it, unless it has ended."""
@@ -50,7 +51,8 @@ class Behaviour:
     def step(self, time: float, now: Situation) -> Twist2D:
         """Return the twist to command."""
         self.sightless.reset()
-        if self.started is None:
+        if not self._has_begun:
+            self._has_begun = True
             self.begin(now)
         if not self._in_time(time):
             return Twist2D()

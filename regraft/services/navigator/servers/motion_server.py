@@ -59,7 +59,6 @@ class MotionServer(MapUser):
         self._motion: Motion | None = None
         self._action = ""
         self._left_off: tuple[Motion, float] | None = None
-        self._began = 0.0
         self._told = Twist2D()
         self._moving = False
 
@@ -73,7 +72,7 @@ class MotionServer(MapUser):
             return
         time, limits, seen = self.kit.now(), self._limits(), self._surroundings
         period = 1.0 / self.controller_frequency
-        fault = seen.fault(time, self._began, self.scan_timeout)
+        fault = seen.fault(time, self.scan_timeout)
         if fault:
             motion.blind(time, fault)
             twist = limits.approach(self._told, Twist2D(), period)
@@ -88,7 +87,7 @@ class MotionServer(MapUser):
         """Have the robot move until the motion of an action has ended, and report feedback."""
         if self._motion is not None:
             self._motion.end(Ended(cancelled=True, why="replaced by another motion"))
-        self._motion, self._action, self._began = motion, action, self.kit.now()
+        self._motion, self._action = motion, action
         told = self.kit.now()
         try:
             while motion.ended is None:

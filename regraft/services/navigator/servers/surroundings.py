@@ -80,14 +80,11 @@ class Surroundings:
             missing.append("no usable map has come")
         return " and ".join(missing)
 
-    def fault(self, now: float, since: float, scan_timeout: float = SILENT_TIMEOUT) -> str:
-        """Return why the robot must not drive at ``now`` (s).
-
-        Scans are needed since ``since`` (s), and one that is older than ``scan_timeout`` (s) is no help.
-        """
+    def fault(self, now: float, scan_timeout: float = SILENT_TIMEOUT) -> str:
+        """Return why the robot must not drive at ``now`` (s); a scan older than ``scan_timeout`` (s) is no help."""
         if now - self.stamp > LOST_TIMEOUT:
             return "no odometry comes"
-        self._scans.check(now, since, scan_timeout)
+        self._scans.check(now, scan_timeout)
         return self._scans.text
 
     def use_map(self, message: maps.OccupancyGrid | None) -> None:
