@@ -199,7 +199,8 @@ def test_two_runs_never_act_when_the_link_to_the_target_is_cut(site: Site, when:
     assert (after.pid, after.started_as) == (before.pid, 1)
     assert exists(guest.process.pid)
     wait_state(site.system, "edge", HostState.JOINED)
-    assert moving.adapt(TO_EDGE).outcome is Outcome.APPLIED
+    again = moving.adapt(TO_EDGE)
+    assert again.outcome is Outcome.APPLIED, again
     moving.wait_alone("edge")
     # A link that is cut in the middle of a stream may cost others messages: the bus waits for it, but not for long.
     _, doubled, disordered, _ = faults(moving.system)

@@ -116,6 +116,32 @@ def test_the_figures_of_what_was_chosen_are_part_of_its_measured_utility(tmp_pat
         assert on.propose().choice["credit"]["utility"] == pytest.approx(0.25 + 0.5 * 0.05)
 
 
+OPTIONAL = """\
+  pace:
+    choose: [0, 1]
+    alternatives:
+      slow:
+        set: {component: navigator, parameter: max_velocity, value: 0.1}
+        otherwise: {component: navigator, parameter: max_velocity, value: 0.26}
+        figures: {calm: 1}"""
+
+
+@both
+def test_what_is_no_longer_chosen_is_as_it_is_to_be_otherwise(tmp_path: Path, name: str) -> None:
+    text = PACE.replace("  pace: {component: navigator, parameter: max_velocity, values: [0.1, 0.18, 0.26]}", OPTIONAL)
+    text = text.replace(
+        "excludes: {pace: [0.18, 0.26]}",
+        "prescribes: {pace: slow}\n  lit: {when: darkness < 0.3, excludes: {pace: slow}}",
+    )
+    with bench(tmp_path, name, text) as on:
+        on.dark(0.95)
+        assert on.propose().choice["option"] == {"pace": ["slow"]}
+        on.dark(0.2, seconds=4.0)
+        assert on.propose().choice["option"] == {"pace": []}
+        assert on.paces == [0.1, 0.26]
+        assert on.propose().choice["outcome"] == "unchanged"
+
+
 def test_a_credit_that_is_given_counts_and_not_the_measured_one(tmp_path: Path) -> None:
     with bench(tmp_path, "bandits") as on:
         on.dark(0.2)

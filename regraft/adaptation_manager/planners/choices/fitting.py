@@ -57,11 +57,11 @@ def _field(misfit: Misfit) -> str:
 
 def misfits(slots: Sequence[Slot], architecture: Architecture) -> Iterator[Misfit]:
     """Yield all settings of slots that cannot be in an architecture."""
-    settings = [s for slot in slots for alternative in slot.alternatives for s in alternative.settings]
+    settings = [s for slot in slots for alternative in slot.alternatives for s in alternative.every_setting]
     changing = {setting.component for setting in settings if setting.kind in (Kind.PRESENCE, Kind.CLASS)}
     for index, slot in enumerate(slots):
         for number, alternative in enumerate(slot.alternatives):
-            for setting in alternative.settings:
+            for setting in alternative.every_setting:
                 problem = _problem(setting, architecture, changing)
                 if problem:
                     yield Misfit(index, number, setting, *problem)

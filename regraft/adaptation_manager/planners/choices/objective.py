@@ -208,7 +208,7 @@ class Evaluation:
         return any(
             self.estimator.depends_on(component, setting)
             for alternative in slot.alternatives
-            for setting in alternative.settings
+            for setting in alternative.every_setting
         )
 
     def knows(self, component: str) -> bool:

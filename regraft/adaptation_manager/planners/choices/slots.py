@@ -25,12 +25,18 @@ class Alternative:
     """One way, or a part of one, to fill a slot: all that then should be.
 
     Constraints and expressions know it by ``name``. ``figures`` are what it brings along: amounts that it uses, its
-    impact on qualities.
+    impact on qualities. ``otherwise`` is what should be where it is not chosen.
     """
 
     name: PlainValue
     settings: tuple[Setting, ...] = ()
     figures: dict[str, Figure] = field(default_factory=dict)
+    otherwise: tuple[Setting, ...] = ()
+
+    @property
+    def every_setting(self) -> tuple[Setting, ...]:
+        """All that it may set, chosen or not."""
+        return (*self.settings, *self.otherwise)
 
 
 @dataclass(frozen=True)
@@ -67,8 +73,14 @@ class Slot:
         return tuple([self.alternatives[index].name for index in selection] for selection in self.selections)
 
     def settings(self, selection: int) -> tuple[Setting, ...]:
-        """Return all that should be under one of the selections."""
-        return tuple(s for index in self.selections[selection] for s in self.alternatives[index].settings)
+        """Return all that should be under one of the selections: what is chosen goes before what is not."""
+        chosen = self.selections[selection]
+        wanted = [s for index in chosen for s in self.alternatives[index].settings]
+        wanted += [s for i, each in enumerate(self.alternatives) if i not in chosen for s in each.otherwise]
+        found: dict[tuple[str, Kind, str], Setting] = {}
+        for setting in wanted:
+            found.setdefault(setting.subject, setting)
+        return tuple(found.values())
 
     def index_of(self, name: PlainValue) -> int | None:
         """Return the index of the alternative of a name, None for any other name."""

@@ -100,7 +100,7 @@ def _settings(decision: Decision) -> Iterator[tuple[int, int, Setting]]:
     """Yield all settings, with the indices of their slots and alternatives."""
     for index, slot in enumerate(decision.slots):
         for number, alternative in enumerate(slot.alternatives):
-            yield from ((index, number, setting) for setting in alternative.settings)
+            yield from ((index, number, setting) for setting in alternative.every_setting)
 
 
 def _path(decision: Decision, slot: int, number: int, setting: Setting, part: str, report: Report) -> str:
@@ -108,9 +108,10 @@ def _path(decision: Decision, slot: int, number: int, setting: Setting, part: st
     found = decision.slots[slot]
     choice, kind = f"choices.{found.name}", setting.kind.value
     alternative = found.alternatives[number]
-    base = f"{choice}.alternatives.{alternative.name}.set"
+    is_chosen = setting in alternative.settings
+    base = f"{choice}.alternatives.{alternative.name}.{'set' if is_chosen else 'otherwise'}"
     if base in report.locations:
-        at = alternative.settings.index(setting)
+        at = (alternative.settings if is_chosen else alternative.otherwise).index(setting)
         base = f"{base}.{at}" if f"{base}.{at}" in report.locations else base
         names = {"component": "component", "member": kind, "value": "value" if kind == "parameter" else kind}
         return f"{base}.{names[part]}"

@@ -34,7 +34,11 @@ def _slot(slot: Slot, names: Names) -> Slot:
 
 
 def _alternative(alternative: Alternative, names: Names) -> Alternative:
-    return replace(alternative, settings=tuple(_setting(each, names) for each in alternative.settings))
+    return replace(
+        alternative,
+        settings=tuple(_setting(each, names) for each in alternative.settings),
+        otherwise=tuple(_setting(each, names) for each in alternative.otherwise),
+    )
 
 
 def _setting(setting: Setting, names: Names) -> Setting:

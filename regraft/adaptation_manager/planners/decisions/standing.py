@@ -80,5 +80,5 @@ def _slots_of(decision: Decision, names: tuple[str, ...], scope: Names) -> Itera
     """Yield the slots that set something of the components that measure."""
     components = {scope.component(name.rpartition(".")[0]) for name in names}
     for index, slot in enumerate(decision.slots):
-        if any(setting.component in components for each in slot.alternatives for setting in each.settings):
+        if any(setting.component in components for each in slot.alternatives for setting in each.every_setting):
             yield index

@@ -57,7 +57,7 @@ class Rulebook:
 
     def exclude_contradictions(self, slots: Sequence[Slot]) -> None:
         """Exclude that two slots want different values of one thing."""
-        subjects = [{s.subject for a in slot.alternatives for s in a.settings} for slot in slots]
+        subjects = [{s.subject for a in slot.alternatives for s in a.every_setting} for slot in slots]
         for left, right in combinations(range(len(slots)), 2):
             if subjects[left] & subjects[right]:
                 rule = _without_contradictions(slots, left, right)

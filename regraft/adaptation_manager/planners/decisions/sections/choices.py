@@ -122,6 +122,12 @@ def _several(section: Section, name: str) -> Slot:
     alternatives = tuple(_alternative(table.section(each), each) for each in table.names())
     if not alternatives:
         section.wrong("alternatives", "must have at least one")
+    before: list[Setting] = []
+    for each in alternatives:
+        if contradict(before, each.otherwise):
+            wrong = "sets a thing to another value than the 'otherwise' of an alternative before: leave one out"
+            table.wrong(f"{each.name}.otherwise", wrong)
+        before += each.otherwise
     least, most = _cardinality(section, len(alternatives))
     return Slot(name, alternatives, least, most)
 
@@ -138,15 +144,20 @@ def _cardinality(section: Section, count: int) -> tuple[int, int]:
 
 
 def _alternative(section: Section, name: str) -> Alternative:
-    section.only("set", "figures")
-    table = items(section, "set")
+    section.only("set", "otherwise", "figures")
+    settings, otherwise = _settings(section, "set"), _settings(section, "otherwise")
+    return Alternative(name, settings, _figures(section.section("figures")), otherwise)
+
+
+def _settings(section: Section, key: str) -> tuple[Setting, ...]:
+    table = items(section, key)
     settings: list[Setting] = []
     for each in table.names():
         for setting in _setting(table.section(each)):
             if contradict(settings, [setting]):
                 table.wrong(each, "sets a thing that is set before, to another value: leave one out")
             settings.append(setting)
-    return Alternative(name, tuple(settings), _figures(section.section("figures")))
+    return tuple(settings)
 
 
 def _figures(section: Section) -> dict[str, Figure]:
