@@ -71,7 +71,10 @@ def test_an_adaptation_can_be_tried_applied_and_undone(tiny: System, tmp_path: P
     changed = tiny.ask("journal", "diff", *revisions)["differences"]
     assert changed == tiny.ask("journal", "show", report["id"])["differences"]
     assert tiny.ask("journal", "diff", revisions[0], revisions[0])["differences"] == []
-    assert tiny.ask("undo", report["id"])["outcome"] == "applied"
+    late = regraft(tiny.home, "undo", report["id"], "--if-revision", revisions[0])
+    assert late.returncode == 1
+    assert "revision" in late.stderr
+    assert tiny.ask("undo", report["id"], "--if-revision", revisions[1])["outcome"] == "applied"
     assert tiny.ask("param", "get", "listener", "offset")["value"] == before
 
 

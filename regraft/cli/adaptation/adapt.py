@@ -26,12 +26,12 @@ from regraft.cli.adaptation import managing
 from regraft.cli.adaptation.watched import Confirmation, conditions
 from regraft.cli.outcomes import BadInput
 from regraft.cli.running_system import reached, user
-from regraft.cli.terminal.numbers import whole
 from regraft.cli.terminal.options import (
     ConfirmOption,
     DryRunOption,
     JsonOption,
     ReasonOption,
+    RevisionOption,
     SystemOption,
     TimeoutOption,
     WatchOption,
@@ -48,10 +48,7 @@ def adapt(
     ],
     dry_run: DryRunOption = False,
     reason: ReasonOption = "",
-    revision: Annotated[
-        int | None,
-        typer.Option("--if-revision", metavar="N", parser=whole(0), help="Refuse if the revision is another."),
-    ] = None,
+    revision: RevisionOption = None,
     confirm: ConfirmOption = None,
     watch: WatchOption = None,
     timeout: TimeoutOption = managing.ADAPTATION_TIMEOUT,
@@ -89,16 +86,18 @@ def undo(
     adaptation: Annotated[str, typer.Argument(metavar="ID", help="The adaptation's id in the journal.")],
     dry_run: DryRunOption = False,
     reason: ReasonOption = "",
+    revision: RevisionOption = None,
     confirm: ConfirmOption = None,
     watch: WatchOption = None,
+    timeout: TimeoutOption = managing.ADAPTATION_TIMEOUT,
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Undo an applied adaptation by a new one."""
     wanted = Confirmation.typed(confirm, watch)
     with reached(ctx, system) as there:
-        request = UndoAdaptation(adaptation, user(), reason, dry_run, wanted.confirm, wanted.watch)
-        report = managing.ask(there, UNDO, request, AdaptationReport, managing.ADAPTATION_TIMEOUT + request.confirm)
+        request = UndoAdaptation(adaptation, user(), reason, dry_run, wanted.confirm, wanted.watch, revision)
+        report = managing.ask(there, UNDO, request, AdaptationReport, timeout + request.confirm)
         managing.show_report(report, as_json=as_json)
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from regraft.cli.terminal.numbers import seconds
+from regraft.cli.terminal.numbers import seconds, whole
 
 SystemOption = Annotated[
     str | None,
@@ -66,6 +66,10 @@ PlacesOption = Annotated[
 ]
 DryRunOption = Annotated[bool, typer.Option("--dry-run", help="Show the plan, and touch nothing.")]
 ReasonOption = Annotated[str, typer.Option("--reason", metavar="TEXT", help="The reason, for the journal.")]
+RevisionOption = Annotated[
+    int | None,
+    typer.Option("--if-revision", metavar="N", parser=whole(0), help="Refuse if the revision is another."),
+]
 ConfirmOption = Annotated[
     float | None,
     typer.Option(
