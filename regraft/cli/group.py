@@ -27,7 +27,7 @@ from regraft.component.errors import CallFailed
 from regraft.component.parameters import ParameterError
 from regraft.process.main import NoSuchClass
 from regraft.process.modules import CannotImport
-from regraft.run_directory import AlreadyRunning, NoRoom, NotRunning
+from regraft.run_directory import AlreadyRunning, NoHome, NoRoom, NotRunning
 from regraft.security.access import NotSecure
 from regraft.security.certificates import CannotMake
 from regraft.security.system_secret import BadSecret
@@ -39,7 +39,7 @@ from regraft.system.first_host import CannotJoin, NothingThere
 BY_CODE: tuple[tuple[int, tuple[type[Exception], ...]], ...] = (
     (BAD_INPUT, (BadInput, StackError, CannotImport, NoSuchClass, AlreadyRunning, NoRoom, TooMany, ParameterError)),
     (BAD_INPUT, (SchemaError, NoSuchComponent, NoSuchHost, CannotJoin, NotSecure, BadSecret, CannotMake)),
-    (BAD_INPUT, (BadToken, BadTokens)),
+    (BAD_INPUT, (BadToken, BadTokens, NoHome)),
     (NOT_REACHABLE, (Unreachable, NotRunning, NothingThere, BusError, NoAnswer)),
     (FAILED, (Failed, ClientError, CallFailed)),
 )
@@ -70,15 +70,17 @@ def as_document(error: Exception, code: int) -> dict[str, Any]:
     return document
 
 
-def _want_json(words: Sequence[str]) -> bool:
+def want_json(words: Sequence[str]) -> bool:
     """Return whether the words of a command line ask for JSON; those behind ``--`` are no options."""
     return "--json" in (words[: words.index("--")] if "--" in words else words)
 
 
-def _as_object(error: Exception, code: int) -> typer.Exit:
-    """Print an error as an object, and return the end of the command."""
-    show_json(as_document(error, code), compact=True, err=True)
-    return typer.Exit(code)
+def show_error(error: Exception, code: int, *, as_json: bool) -> None:
+    """Print an error, as an object or for people."""
+    if as_json:
+        show_json(as_document(error, code), compact=True, err=True)
+    else:
+        complain(str(error))
 
 
 class Commands(TyperGroup):
@@ -89,13 +91,14 @@ class Commands(TyperGroup):
 
         A mistake in what is typed may be found before the option ``--json`` is.
         """
-        as_json = _want_json(args)
+        as_json = want_json(args)
         try:
             ctx = super().make_context(info_name, args, parent, **extra)
         except TyperException as error:
             if not as_json:
                 raise
-            raise _as_object(error, BAD_INPUT) from None
+            show_error(error, BAD_INPUT, as_json=True)
+            raise typer.Exit(BAD_INPUT) from None
         ctx.meta[JSON] = as_json
         return ctx
 
@@ -108,12 +111,11 @@ class Commands(TyperGroup):
         except TyperException as error:
             if not ctx.meta.get(JSON):
                 raise  # typer shows how the command is used, too
-            raise _as_object(error, BAD_INPUT) from None
+            show_error(error, BAD_INPUT, as_json=True)
+            raise typer.Exit(BAD_INPUT) from None
         except Exception as error:
             code = exit_code(error)
             if code is None:
                 raise
-            if ctx.meta.get(JSON):
-                raise _as_object(error, code) from None
-            complain(str(error))
+            show_error(error, code, as_json=bool(ctx.meta.get(JSON)))
             raise typer.Exit(code) from None

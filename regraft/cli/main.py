@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -25,9 +25,9 @@ from regraft.cli.bus.service import action, goal, service
 from regraft.cli.bus.topic import topic
 from regraft.cli.bus.types import types
 from regraft.cli.extensions import add_extensions
-from regraft.cli.group import Commands
+from regraft.cli.group import Commands, show_error, want_json
 from regraft.cli.objectives.commands import objective
-from regraft.cli.outcomes import BAD_INPUT, EXIT_CODES, FAILED
+from regraft.cli.outcomes import BAD_INPUT, EXIT_CODES, FAILED, BadInput
 from regraft.cli.stack.commands import stack
 from regraft.cli.system.doctor import doctor
 from regraft.cli.system.host import host
@@ -36,7 +36,6 @@ from regraft.cli.system.ps import down, ps
 from regraft.cli.system.run import run
 from regraft.cli.system.up import up
 from regraft.cli.terminal import standard_streams
-from regraft.cli.terminal.output import complain
 from regraft.cli.terminal.standard_streams import CannotWrite
 from regraft.run_directory import NoHome
 from regraft.system.capacity import TooMany, check_files
@@ -122,14 +121,16 @@ def main() -> None:
             add_extensions(app)
         app(prog_name="regraft")
     except (TooMany, NoHome) as error:
-        complain(str(error))
-        sys.exit(BAD_INPUT)
+        _end(error, BAD_INPUT)
     except FileNotFoundError:
         if _has_a_folder():
             raise
-        complain("the working folder is not there any more: change to another one")
-        sys.exit(BAD_INPUT)
+        _end(BadInput("the working folder is not there any more: change to another one"), BAD_INPUT)
     except CannotWrite as error:
         standard_streams.give_up_output()
-        complain(str(error))
-        sys.exit(FAILED)
+        _end(error, FAILED)
+
+
+def _end(error: Exception, code: int) -> NoReturn:
+    show_error(error, code, as_json=want_json(sys.argv[1:]))
+    sys.exit(code)

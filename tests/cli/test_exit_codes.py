@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import socket
 import subprocess
 import sys
@@ -149,22 +150,46 @@ def test_a_gateway_port_in_use_is_said_before_anything_runs(regraft: Regraft, ho
     assert found.stdout == ""
 
 
+NO_HOME = """\
+import pathlib, sys
+def no_home():
+    raise RuntimeError("Could not determine home directory.")
+pathlib.Path.home = no_home
+sys.argv[0] = "regraft"
+from regraft.cli.main import main
+main()
+"""
 IN_A_FOLDER_THAT_IS_GONE = """\
 import os, sys, tempfile
 os.chdir(tempfile.mkdtemp())
 os.rmdir(os.getcwd())
-sys.argv = ["regraft", "stack", "check", "none.yaml"]
+sys.argv[0] = "regraft"
 from regraft.cli.main import main
 main()
 """
 
 
-def test_a_command_in_a_folder_that_is_gone_exits_with_2_and_one_line() -> None:
-    command = [sys.executable, "-c", IN_A_FOLDER_THAT_IS_GONE]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
+def _ended(program: str, *words: str, env: dict[str, str] | None = None) -> str:
+    """Return the one line with which a command ends that is refused."""
+    command = [sys.executable, "-c", program, *words]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False, env=env)
     assert done.returncode == 2, done.stderr
     (line,) = done.stderr.splitlines()
-    assert line.startswith("regraft: the working folder is not there any more")
+    return line
+
+
+def test_a_command_in_a_folder_that_is_gone_exits_with_2_and_one_line() -> None:
+    gone = "the working folder is not there any more"
+    assert _ended(IN_A_FOLDER_THAT_IS_GONE, "stack", "check", "none.yaml").startswith(f"regraft: {gone}")
+    shown = json.loads(_ended(IN_A_FOLDER_THAT_IS_GONE, "stack", "check", "none.yaml", "--json"))
+    assert shown == {"error": f"{gone}: change to another one", "code": "bad_input", "exit_code": 2}
+
+
+def test_a_user_without_a_home_is_answered_in_json_where_that_is_asked_for() -> None:
+    env = {name: value for name, value in os.environ.items() if name != "REGRAFT_HOME"}
+    shown = json.loads(_ended(NO_HOME, "ps", "--json", env=env))
+    assert "set REGRAFT_HOME" in shown["error"]
+    assert (shown["code"], shown["exit_code"]) == ("bad_input", 2)
 
 
 def test_a_command_of_a_user_without_a_home_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
