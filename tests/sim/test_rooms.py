@@ -16,6 +16,7 @@ from regraft.sim_service.layout.ground_map import FREE
 from regraft.sim_service.layout.placement import draw_placement
 from regraft.sim_service.layout.scene import Scene, SceneError, load_scene
 from regraft.sim_service.layout.visibility import sees_body
+from regraft.sim_service.robots import Place
 from regraft.sim_service.rooms.loading import load_world
 from regraft.sim_service.simulation import Simulation
 from regraft.sim_service.survey import goals, ground_map
@@ -160,20 +161,36 @@ def test_a_room_in_which_nothing_fits_is_refused_naming_what_found_no_place(tmp_
         load_world(file, (), 3)
 
 
+def free_around(scene: Scene, x: float, y: float) -> float:
+    """Return the distance (m) on the floor from a place to the nearest wall or box that was drawn."""
+    data, nearest = mujoco.MjData(scene.model), np.inf
+    mujoco.mj_kinematics(scene.model, data)
+    for name in scene.names("geom"):
+        if not name.startswith((WALL, BOX)):
+            continue
+        geom, place = scene.index("geom", name), np.array([x, y, 0.0])
+        turn, middle, half = data.geom_xmat[geom].reshape(3, 3), data.geom_xpos[geom], scene.model.geom_size[geom]
+        corner = middle + turn @ np.clip(turn.T @ (place - middle), -half, half)
+        nearest = min(nearest, float(np.hypot(*(corner - place)[:2])))
+    return nearest
+
+
 def test_walls_and_boxes_leave_a_site_clear(tmp_path: Path) -> None:
     file = world(tmp_path, "x -2.5 2.5 y -2.5 2.5 walls 1 2 boxes 4 4 gap .1 clear dock .6")
     for seed in SEEDS:
-        scene = load_world(file, (), seed)
-        data = mujoco.MjData(scene.model)
-        mujoco.mj_kinematics(scene.model, data)
-        for geom in range(1, scene.model.ngeom):
-            near = np.clip(
-                data.geom_xmat[geom].reshape(3, 3).T @ -data.geom_xpos[geom],
-                -scene.model.geom_size[geom],
-                scene.model.geom_size[geom],
-            )
-            corner = data.geom_xpos[geom] + data.geom_xmat[geom].reshape(3, 3) @ near
-            assert np.hypot(*corner[:2]) >= 0.6 - 1e-9
+        assert 0.6 - 1e-9 <= free_around(load_world(file, (), seed), 0.0, 0.0) < 5.0
+
+
+def test_no_wall_or_box_is_drawn_where_a_robot_is_placed(tmp_path: Path) -> None:
+    file = world(tmp_path, "x -2.5 2.5 y -2.5 2.5 walls 1 2 boxes 4 4 gap .1")
+    placed = {"first": Place(1.0, -1.0), "second": Place(-1.2, 0.8, 2.0)}
+    robots = tuple(waffle(name, place) for name, place in placed.items())
+    without = [load_world(file, (), seed) for seed in SEEDS]
+    assert any(free_around(scene, at.x, at.y) < 0.22 for scene in without for at in placed.values())
+    for seed in SEEDS:
+        scene = load_world(file, robots, seed)
+        for at in placed.values():
+            assert free_around(scene, at.x, at.y) >= 0.22 - 1e-9
 
 
 FORKED = """

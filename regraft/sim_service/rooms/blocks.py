@@ -38,6 +38,14 @@ class Block:
         reach_y = self.half_x * along + self.half_y * across
         return self.x - reach_x, self.y - reach_y, self.x + reach_x, self.y + reach_y
 
+    def distance(self, x: float, y: float) -> float:
+        """Return the distance (m) from a point to the block: 0 inside."""
+        across, along = math.cos(self.yaw), math.sin(self.yaw)
+        right, up = x - self.x, y - self.y
+        beyond_x = max(abs(across * right + along * up) - self.half_x, 0.0)
+        beyond_y = max(abs(across * up - along * right) - self.half_y, 0.0)
+        return math.hypot(beyond_x, beyond_y)
+
 
 @dataclass(frozen=True, slots=True)
 class Room:

@@ -51,7 +51,7 @@ def load_world(path: str | Path, robots: Sequence[RobotSpec], seed: int) -> Scen
         try:
             room = draw(seed, attempt, site)
             scene = load_scene(path, robots, partial(build, room))
-            _check_goals(scene, rule, seed)
+            _check(scene, room, rule, seed)
             return scene
         except (NoRoom, PlacementError, GoalError) as error:
             why = error
@@ -78,19 +78,30 @@ def _site(scene: Scene, rule: Rule) -> tuple[float, float] | None:
     return float(x), float(y)
 
 
-def _check_goals(scene: Scene, rule: Rule, seed: int) -> None:
-    """Place everything, and look whether each robot can reach a pose in front of each goal.
+def _check(scene: Scene, room: Room, rule: Rule, seed: int) -> None:
+    """Place everything, and look whether each robot stands free and can reach a pose in front of each goal.
 
     Raises:
-        PlacementError, GoalError: something finds no place, or cannot be reached.
+        NoRoom, PlacementError, GoalError: something finds no place, or cannot be reached.
     """
     placement = draw_placement(scene, seed)
+    data = mujoco.MjData(scene.model)
+    mujoco.mj_kinematics(scene.model, data)
+    starts: dict[str, Pose2D] = {}
+    for robot in scene.robots:
+        x, y = data.xpos[scene.index("body", robot.body)][:2].tolist()
+        starts[robot.body] = placement.poses.get(robot.body, Pose2D(x, y, 0.0))
+        if robot.body not in placement.poses:
+            _check_standing(robot, x, y, room)
     if GOALS not in scene.names("tuple"):
         return
     rasteriser = Rasteriser(scene, placement, rule.lidar, RESOLUTION)
-    data = mujoco.MjData(scene.model)
-    mujoco.mj_kinematics(scene.model, data)
     for robot in scene.robots:
-        x, y = data.xpos[scene.index("body", robot.body)][:2].tolist()
-        start = placement.poses.get(robot.body, Pose2D(x, y, 0.0))
-        viewing_goals(scene, rasteriser, GOALS, start, robot.radius)
+        viewing_goals(scene, rasteriser, GOALS, starts[robot.body], robot.radius)
+
+
+def _check_standing(robot: RobotSpec, x: float, y: float, room: Room) -> None:
+    """Raise NoRoom if a wall or a box was drawn where a robot stands."""
+    for block in (*room.walls, *room.boxes):
+        if block.distance(x, y) < robot.radius:
+            raise NoRoom(f"{block.name} is where the robot {robot.body!r} stands")
