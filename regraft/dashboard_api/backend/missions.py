@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
 from typing import TypeVar
@@ -39,15 +40,25 @@ class Missions:
     def executor(self, robot: str) -> MissionExecutor:
         """Return the executor of a robot, or the only one; raises Problem."""
         try:
-            return executor_of(self._executors(), robot) or MissionExecutor()
+            return self._found(robot) or MissionExecutor()
         except NoSuchExecutor as error:
             raise not_found(str(error)) from None
         except WhichExecutor as error:
             raise malformed(violation("robot", str(error))) from None
 
-    def _executors(self) -> tuple[MissionExecutor, ...]:
+    def _found(self, robot: str) -> MissionExecutor | None:
+        """Return the executor of a robot, or the only one, None without any; raises NoSuchExecutor, WhichExecutor.
+
+        The known ones may be a second old: one that was just added is looked for before there is none.
+        """
+        with contextlib.suppress(NoSuchExecutor):
+            if (found := executor_of(self._executors(), robot)) is not None:
+                return found
+        return executor_of(self._executors(current=True), robot)
+
+    def _executors(self, *, current: bool = False) -> tuple[MissionExecutor, ...]:
         with self._reading:
-            if time.monotonic() >= self._read_again_at:
+            if current or time.monotonic() >= self._read_again_at:
                 fresh_for = FRESH_FOR
                 try:
                     known = self.client.host_view(LOCAL, HOST_TIMEOUT).architecture

@@ -24,19 +24,26 @@ ROBOTS = ("left", "right")
 TOPICS = {f"{robot}/scan": TopicSpec(f"{robot}/scan", "regraft/LaserScan") for robot in ROBOTS}
 
 
-def executor(name: str) -> ComponentSpec:
-    """Return an executor as a stack has it."""
+def executor(name: str, topics: dict[str, TopicSpec] = TOPICS) -> ComponentSpec:
+    """Return an executor as a stack with these topics has it."""
     spec = ComponentSpec(name, class_path(Executor), description=describe(Executor))
-    return ComponentSpec(name, spec.cls, services=services(spec, TOPICS, {}), description=spec.description)
+    return ComponentSpec(name, spec.cls, services=services(spec, topics, {}), description=spec.description)
 
 
 @pytest.fixture
-def http(site: Site) -> Iterator[httpx.Client]:
+def host(site: Site) -> Iterator[HostStub]:
+    """Return the host, which knows the executors of all robots."""
     names = [f"{robot}.bt_executor" for robot in ROBOTS]
     for robot, name in zip(ROBOTS, names, strict=True):
         site.start(Executor, name, scope=robot)
-    host = HostStub(site.session(), site.keys)
-    host.architecture = Architecture("site", 1, False, {name: executor(name) for name in names}, TOPICS)
+    stub = HostStub(site.session(), site.keys)
+    stub.architecture = Architecture("site", 1, False, {name: executor(name) for name in names}, TOPICS)
+    yield stub
+    stub.close()
+
+
+@pytest.fixture
+def http(site: Site, host: HostStub) -> Iterator[httpx.Client]:
     with client(start_gateway(site)) as http:
         http.event_hooks["response"] = [contract(http).check]
         for robot in ROBOTS:
@@ -44,7 +51,6 @@ def http(site: Site) -> Iterator[httpx.Client]:
             start(http, tree('<Script code="n := 7"/>', robot.title()))
         http.params = {}
         yield http
-    host.close()
 
 
 def test_each_mission_is_shown_and_commanded_by_its_robot(http: httpx.Client) -> None:
@@ -69,6 +75,16 @@ def test_an_unknown_robot_is_not_found_and_the_nearest_name_is_told(http: httpx.
     for answer in (http.get("/mission", params={"robot": "rihgt"}), http.get("/mission/events?robot=rihgt")):
         assert answer.status_code == 404
         assert "did you mean 'right'?" in answer.json()["detail"]
+
+
+def test_the_mission_of_a_robot_that_was_just_added_is_found(http: httpx.Client, site: Site, host: HostStub) -> None:
+    name, topics = "third.bt_executor", TOPICS | {"third/scan": TopicSpec("third/scan", "regraft/LaserScan")}
+    site.start(Executor, name, scope="third")
+    assert http.get("/mission", params={"robot": "left"}).status_code == 200  # what is known now is kept for a second
+    components = host.architecture.components | {name: executor(name, topics)}
+    host.architecture = Architecture("site", 2, False, components, topics)
+    http.params = {"robot": "third"}
+    start(http, tree('<Script code="n := 7"/>', "Third"))
 
 
 def test_each_mission_is_followed_by_its_robot(http: httpx.Client, site: Site) -> None:
