@@ -9,13 +9,14 @@ from collections.abc import Callable, Sequence
 
 from regraft.bus.interface import Bus, BusError
 from regraft.bus_schema.errors import SchemaError
-from regraft.bus_schema.model.adaptation import ADAPT, APPLIED, AdaptationReport, AdaptationRequest, Move
+from regraft.bus_schema.messages.management.manager import JournalPage, JournalRequest
+from regraft.bus_schema.model.adaptation import ADAPT, APPLIED, JOURNAL, AdaptationReport, AdaptationRequest, Move
 from regraft.client import Client
 from regraft.component.errors import CallFailed
 
 ANSWER_TIMEOUT = 10.0
 KEEP_TRYING = 60.0
-"""Seconds for which a manager is looked for: it may have to be restarted itself."""
+"""Seconds for which a manager that does not answer is looked for: it may have to be restarted itself."""
 RETRY_INTERVAL = 0.5
 
 
@@ -57,6 +58,8 @@ class Failover:
             try:
                 report = client.call(ADAPT, request, AdaptationReport, ANSWER_TIMEOUT)
             except (CallFailed, BusError, SchemaError) as error:
+                if _is_without_reply(error) and _is_there(client):
+                    deadline = time.monotonic() + KEEP_TRYING  # it waits for its turn: others are being confirmed
                 if time.monotonic() > deadline:
                     return f"{', '.join(components)}: {error}"
                 time.sleep(RETRY_INTERVAL)
@@ -65,3 +68,16 @@ class Failover:
                 return ""
             told = [f"{v.component}: {v.problem}" for v in report.violations] or [report.error]
             return f"{', '.join(components)}: {report.outcome.value}: {'; '.join(told)}"
+
+
+def _is_without_reply(error: Exception) -> bool:
+    return isinstance(error, CallFailed) and error.answer is None
+
+
+def _is_there(client: Client) -> bool:
+    """Return whether the manager answers questions."""
+    try:
+        client.call(JOURNAL, JournalRequest(limit=1), JournalPage, ANSWER_TIMEOUT)
+    except (CallFailed, BusError, SchemaError):
+        return False
+    return True

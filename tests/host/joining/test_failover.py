@@ -1,0 +1,75 @@
+"""What is asked of the manager when a host is lost."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from regraft import Component, service
+from regraft.bus_schema.messages.management.manager import JournalPage, JournalRequest
+from regraft.bus_schema.model.adaptation import ADAPT, JOURNAL, AdaptationReport, AdaptationRequest, Outcome
+from regraft.host.joining import failover
+from regraft.host.joining.failover import Failover
+from tests.support.stepped.site import Site
+from tests.support.waiting import PATIENCE, wait_until
+
+
+class SlowManager(Component):
+    """Carries nothing out until it may."""
+
+    def on_configure(self) -> None:
+        self.may = threading.Event()
+        self.keys: list[str] = []
+        self.answers_journal = True
+
+    @service(ADAPT)
+    async def adapt(self, request: AdaptationRequest) -> AdaptationReport:
+        self.keys.append(request.key)
+        while not self.may.is_set():
+            await self.kit.sleep(0.01)
+        return AdaptationReport("1", Outcome.APPLIED_STATE_LOST, request, 1, 2, self.kit.now())
+
+    @service(JOURNAL)
+    async def journal(self, request: JournalRequest) -> JournalPage:
+        while not self.answers_journal:
+            await self.kit.sleep(0.01)
+        return JournalPage(())
+
+
+@pytest.fixture
+def site(monkeypatch: pytest.MonkeyPatch) -> Iterator[Site]:
+    monkeypatch.setattr(failover, "ANSWER_TIMEOUT", 0.1)
+    monkeypatch.setattr(failover, "KEEP_TRYING", 0.3)
+    monkeypatch.setattr(failover, "RETRY_INTERVAL", 0.02)
+    site = Site("memory")
+    yield site
+    site.close()
+
+
+def begun(site: Site) -> tuple[SlowManager, list[str]]:
+    """Have two components moved, by a manager that does not come to it; returns it, and what is said meanwhile."""
+    manager, said = site.start(SlowManager, "adaptation_manager"), []
+    Failover(site.session(), "site", lambda *told: said.append(told[0])).begin("edge", "local", ("camera", "radio"))
+    wait_until(lambda: bool(manager.keys), "the manager to be asked")
+    return manager, said
+
+
+def test_a_manager_that_is_busy_is_waited_for_and_nothing_is_called_stranded(site: Site) -> None:
+    manager, said = begun(site)
+    before = len(threading.enumerate())
+    wait_until(lambda: len(manager.keys) >= 8, "it to be asked for longer than a silent manager is")
+    assert said == []
+    manager.may.set()
+    wait_until(lambda: len(threading.enumerate()) < before, "the asking to end")
+    assert said == []
+    assert len(set(manager.keys)) == 1, "it is one adaptation, however often it is asked for"
+
+
+def test_what_a_silent_manager_leaves_is_called_stranded(site: Site) -> None:
+    manager, said = begun(site)
+    manager.answers_journal = False
+    wait_until(lambda: said == ["host.stranded"], "what is not started to be named", PATIENCE)
+    manager.answers_journal = True
+    manager.may.set()
