@@ -32,6 +32,28 @@ def test_a_requirement_that_is_missed_for_less_than_the_hold_changes_nothing(tmp
     perform(tmp_path, script, parameters={"hold": 2.0})
 
 
+def test_a_requirement_that_is_met_between_two_cycles_is_not_missed_all_the_time(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        await director.add(PATROL)
+        for number in range(16):
+            director.report("safety", 0.9 if number % 4 == 1 else 0.3)
+            await director.wait(0.25)
+            assert (await director.status("patrol")).realization == "normal"
+        assert await _report(director, 0.3, 4.0) == "slow"
+
+    perform(tmp_path, script, parameters={"hold": 0.9, "period": 1.0})
+
+
+def test_a_requirement_is_missed_since_it_was_measured_and_not_since_the_next_cycle(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        await director.add(PATROL)
+        begun = director.kit.now()
+        assert await _report(director, 0.3, 6.0) == "slow"
+        assert director.kit.now() - begun < 3.5
+
+    perform(tmp_path, script, parameters={"hold": 1.5, "period": 2.0})
+
+
 def test_a_measurement_just_at_its_limit_is_kept_and_just_beyond_it_is_not(tmp_path: Path) -> None:
     async def script(director: Director) -> None:
         await director.add(PATROL)

@@ -71,7 +71,7 @@ def situation_of(model: Model, known: Known, now: float, times: Times) -> tuple[
             continue
         counting[name] = monitor.measurements.counting(name, model.qualities, grounded.since, now, times)
         lasting[grounded.name] = monitor.measurements.lasting(
-            objective, counting[name], model.qualities, now, times.hold
+            objective, counting[name], model.qualities, grounded.since, now, times
         )
         if monitor.has_error(name, grounded.since):
             errors[grounded.name] = Status.IN_ERROR_FR

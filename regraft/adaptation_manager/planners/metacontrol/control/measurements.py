@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections import deque
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
 from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Objective, Quality, is_of
 from regraft.bus_schema.annotations import PlainValue
 
+MAX_RECENT = 1000
+"""Measurements of one quality that are kept to look at each."""
 EVERY = ""
 """In place of an objective's name: a measurement of the whole system, which counts for all objectives."""
 
@@ -39,6 +43,8 @@ class Measurements:
     def __init__(self, memory: Mapping[str, Any] | None = None) -> None:
         """Begin, or continue from what ``remembered`` returned."""
         self._latest: dict[tuple[str, str], Measurement] = {}
+        self._recent: dict[tuple[str, str], deque[Measurement]] = {}
+        self._judged: dict[tuple[str, str], float] = {}
         self._missed: dict[tuple[str, str], float] = {}
         for objective, quality, each in (memory or {}).get("latest", ()):
             self._latest[objective, quality] = Measurement(**each)
@@ -57,6 +63,8 @@ class Measurements:
         latest = self._latest.get((objective, quality))
         if latest is None or stamp >= latest.stamp:
             self._latest[objective, quality] = Measurement(value, stamp)
+            recent = self._recent.setdefault((objective, quality), deque(maxlen=MAX_RECENT))
+            recent.append(self._latest[objective, quality])
 
     def counting(
         self, objective: str, qualities: Mapping[str, object], since: float, now: float, times: Times
@@ -82,29 +90,51 @@ class Measurements:
         objective: Objective,
         counting: Mapping[str, float],
         qualities: Mapping[str, Quality],
+        since: float,
         now: float,
-        hold: float,
+        times: Times,
     ) -> dict[str, float]:
-        """Return the values without those that have broken a requirement of the objective for less than ``hold``."""
+        """Return the values without those that have broken a requirement of the objective for less than ``hold``.
+
+        Its design is in force ``since`` a time. Each measurement counts, also those between two cycles.
+        """
         bounds = {each.quality: each.bound for each in objective.requirements}
         found: dict[str, float] = {}
         for quality, value in counting.items():
-            is_missed = quality in bounds and not qualities[quality].meets(value, bounds[quality])
-            if is_missed and now - self._missed.setdefault((objective.name, quality), now) < hold:
-                continue
-            if not is_missed:
-                self._missed.pop((objective.name, quality), None)
+            if quality in bounds:
+                key = objective.name, quality
+                self._judge(key, qualities[quality], bounds[quality], since + times.settle)
+                is_missed = not qualities[quality].meets(value, bounds[quality])
+                if is_missed and now - self._missed.setdefault(key, now) < times.hold:
+                    continue
             found[quality] = value
         for quality in bounds.keys() - counting.keys():
             self._missed.pop((objective.name, quality), None)
         return found
 
+    def _judge(self, key: tuple[str, str], quality: Quality, bound: float, settled: float) -> None:
+        """Note since when a requirement is missed, by the measurements that have come since it was judged last."""
+        objective, name = key
+        begin = self._judged.get(key, -math.inf)
+        every = (each for of in (objective, EVERY) for each in self._recent.get((of, name), ()))
+        recent = (each for each in every if each.stamp > begin and each.stamp >= settled)
+        for each in sorted(recent, key=lambda each: each.stamp):
+            self._judged[key] = each.stamp
+            if quality.meets(each.value, bound):
+                self._missed.pop(key, None)
+            else:
+                self._missed.setdefault(key, each.stamp)
+
     def forget(self, objective: str) -> None:
         """Forget an objective whose design has changed."""
-        self._latest = {key: each for key, each in self._latest.items() if key[0] != objective}
-        self._missed = {key: since for key, since in self._missed.items() if key[0] != objective}
+        self._keep(lambda name: name != objective)
 
     def forget_all_of(self, objective: str) -> None:
         """Forget an objective that is over, and what it required."""
-        self._latest = {key: each for key, each in self._latest.items() if not is_of(key[0], objective)}
-        self._missed = {key: since for key, since in self._missed.items() if not is_of(key[0], objective)}
+        self._keep(lambda name: not is_of(name, objective))
+
+    def _keep(self, is_kept: Callable[[str], bool]) -> None:
+        self._latest = {key: each for key, each in self._latest.items() if is_kept(key[0])}
+        self._recent = {key: each for key, each in self._recent.items() if is_kept(key[0])}
+        self._judged = {key: stamp for key, stamp in self._judged.items() if is_kept(key[0])}
+        self._missed = {key: since for key, since in self._missed.items() if is_kept(key[0])}
