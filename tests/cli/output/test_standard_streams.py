@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -97,5 +98,7 @@ def test_a_system_runs_on_when_its_output_cannot_be_written(redirected: str, bef
 def test_a_summary_that_cannot_be_written_is_a_failure(redirected: str, tmp_path: Path) -> None:
     ran = run(f"up {STACK} --for 1 --json {redirected}", tmp_path)
     assert ran.returncode == 1
-    assert ran.stderr.startswith("regraft: cannot write to standard output: ")
+    shown = json.loads(ran.stderr)
+    assert shown["error"].startswith("cannot write to standard output: ")
+    assert shown["code"] == "failed"
     assert ran.stderr.count("\n") == 1
