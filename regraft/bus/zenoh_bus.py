@@ -145,8 +145,8 @@ class ZenohBus:
             return None
         attached = item.attachment
         attachment = attached.to_bytes() if attached is not None else b""
-        payload = item.payload.to_bytes()
-        if len(payload) >= SHARED_MEMORY_FROM and not _is_whole(item.payload):
+        payload = _copied(item.payload)
+        if payload is None:
             return None
         return tuple.__new__(Sample, (str(item.key_expr), payload, attachment, str(item.encoding)))
 
@@ -242,21 +242,25 @@ class ZenohBus:
         self._session.close()
 
 
-def _is_whole(payload: zenoh.ZBytes) -> bool:
-    """Return whether a payload that has been copied was still its writer's message then.
+def _copied(payload: zenoh.ZBytes) -> bytes | None:
+    """Return the bytes of a payload; None if its writer has taken back the memory in which they were.
 
     A writer takes shared memory back from readers that give no sign of life for 100 ms. A process that the machine
     keeps from running may find another message in its place.
     """
-    shared = payload.as_shm()
-    return shared is None or shared.is_valid()
+    # Shared memory is copied as it is, ``to_bytes`` clears what it copies to.
+    shared = payload.as_shm() if len(payload) >= SHARED_MEMORY_FROM else None
+    if shared is None:
+        return payload.to_bytes()
+    copied = bytes(shared)
+    return copied if shared.is_valid() else None
 
 
 def _answer(reply: zenoh.Reply) -> Answer | None:
     """Copy an answer out of the session's memory; None if that has been taken back by its writer meanwhile."""
     if reply.ok is not None:
-        payload = reply.ok.payload.to_bytes()
-        if len(payload) >= SHARED_MEMORY_FROM and not _is_whole(reply.ok.payload):
+        payload = _copied(reply.ok.payload)
+        if payload is None:
             return None
         return Answer(str(reply.ok.key_expr), payload, error=False)
     assert reply.err is not None

@@ -30,6 +30,8 @@ class SharedMemory:
         if provider is None:
             return payload
         try:
+            # Memory that readers are done with is in the cache; the rest of the pool is not.
+            provider.garbage_collect()
             buffer = provider.alloc(len(payload), policy=self._policy)
         except zenoh.ZError:
             return payload
