@@ -1,4 +1,4 @@
-"""What is asked of the manager when a host is lost."""
+"""The request to the manager when a host is lost."""
 
 from __future__ import annotations
 

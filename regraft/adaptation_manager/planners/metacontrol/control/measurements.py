@@ -38,33 +38,30 @@ class Measurement:
 
 
 class Measurements:
-    """The latest measurement of each quality, by objective. Times are seconds of the component's clock."""
+    """The latest measurements of each quality, by objective. Times are seconds of the component's clock."""
 
     def __init__(self, memory: Mapping[str, Any] | None = None) -> None:
         """Begin, or continue from what ``remembered`` returned."""
-        self._latest: dict[tuple[str, str], Measurement] = {}
         self._recent: dict[tuple[str, str], deque[Measurement]] = {}
         self._judged: dict[tuple[str, str], float] = {}
         self._missed: dict[tuple[str, str], float] = {}
         for objective, quality, each in (memory or {}).get("latest", ()):
-            self._latest[objective, quality] = Measurement(**each)
+            self.take(objective, quality, **each)
         for objective, quality, since in (memory or {}).get("missed", ()):
             self._missed[objective, quality] = since
 
     def remembered(self) -> dict[str, PlainValue]:
         """Return what a further run has to know, as plain data."""
         return {
-            "latest": [[*key, asdict(each)] for key, each in self._latest.items()],
+            "latest": [[*key, asdict(recent[-1])] for key, recent in self._recent.items()],
             "missed": [[*key, since] for key, since in self._missed.items()],
         }
 
     def take(self, objective: str, quality: str, value: float, stamp: float) -> None:
         """Take a measurement of an objective, or of all; one that is older than the latest is left out."""
-        latest = self._latest.get((objective, quality))
-        if latest is None or stamp >= latest.stamp:
-            self._latest[objective, quality] = Measurement(value, stamp)
-            recent = self._recent.setdefault((objective, quality), deque(maxlen=MAX_RECENT))
-            recent.append(self._latest[objective, quality])
+        recent = self._recent.setdefault((objective, quality), deque(maxlen=MAX_RECENT))
+        if not recent or stamp >= recent[-1].stamp:
+            recent.append(Measurement(value, stamp))
 
     def counting(
         self, objective: str, qualities: Mapping[str, object], since: float, now: float, times: Times
@@ -75,12 +72,9 @@ class Measurements:
         """
         found: dict[str, float] = {}
         for quality in qualities:
-            given = [self._latest.get((name, quality)) for name in (objective, EVERY)]
-            known = [
-                each
-                for each in given
-                if each is not None and each.stamp >= since + times.settle and now - each.stamp <= times.stale_after
-            ]
+            given = [self._recent[name, quality][-1] for name in (objective, EVERY) if (name, quality) in self._recent]
+            settled = since + times.settle
+            known = [each for each in given if each.stamp >= settled and now - each.stamp <= times.stale_after]
             if known:
                 found[quality] = max(known, key=lambda each: each.stamp).value
         return found
@@ -134,7 +128,6 @@ class Measurements:
         self._keep(lambda name: not is_of(name, objective))
 
     def _keep(self, is_kept: Callable[[str], bool]) -> None:
-        self._latest = {key: each for key, each in self._latest.items() if is_kept(key[0])}
         self._recent = {key: each for key, each in self._recent.items() if is_kept(key[0])}
         self._judged = {key: stamp for key, stamp in self._judged.items() if is_kept(key[0])}
         self._missed = {key: since for key, since in self._missed.items() if is_kept(key[0])}
