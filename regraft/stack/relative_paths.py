@@ -30,3 +30,11 @@ def with_absolute_paths(
         else value
         for name, value in parameters.items()
     }
+
+
+def with_run_folder(parameters: Mapping[str, PlainValue], folder: str) -> dict[str, PlainValue]:
+    """Return the parameters, those that begin with ``$RUN`` in the folder of the running system."""
+    return {
+        name: value.replace(RUN_FOLDER, folder, 1) if isinstance(value, str) and value.startswith(RUN_FOLDER) else value
+        for name, value in parameters.items()
+    }

@@ -35,6 +35,7 @@ from regraft.security.gatekeeper import Gatekeeper
 from regraft.security.system_secret import fresh
 from regraft.stack import Stack, time_source
 from regraft.stack.sections.components import in_run_folder
+from regraft.stack.sections.modes import modes_in_run_folder
 from regraft.system import capacity
 
 PUMP = 0.05
@@ -171,9 +172,10 @@ def _plan(stack: Stack, duration: float | None, secret: str) -> HostPlan:
     architecture = stack.architecture
     folder = run_directory.folder(architecture.system)
     components = {name: in_run_folder(spec, str(folder)) for name, spec in architecture.components.items()}
+    modes = modes_in_run_folder(architecture.modes, str(folder))
     source = time_source(stack) if architecture.simulated else None
     return HostPlan(
-        replace(architecture, components=components),
+        replace(architecture, components=components, modes=modes),
         folder,
         stack.folder,
         secrets.token_hex(8),

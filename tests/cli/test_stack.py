@@ -114,6 +114,23 @@ def test_each_value_is_shown_with_where_it_comes_from(regraft: Regraft, tmp_path
     assert world["robots"][0]["devices"][1]["parameters"]["beams"]["from"] == f"{tmp_path}/rover/robot.yaml:2"
 
 
+def test_a_parameter_called_speed_is_not_taken_for_the_speed_of_the_clock(regraft: Regraft, tmp_path: Path) -> None:
+    file = rovers(tmp_path)
+    odd = "  odd: {command: [x], managed: false, parameters: {speed: 0.3}}\n"
+    file.write_text(f"{TWO}{odd}speed: max\n")
+    lines = {text: f"{file}:{line_of(file.read_text(), text)}" for text in (odd, "speed: max")}
+
+    def speeds(*options: str) -> list[object]:
+        found = json.loads(regraft("stack", "show", str(file), "--json", *options).output)["components"]
+        return [found[name]["parameters"]["speed"] for name in ("odd", "world")]
+
+    assert speeds() == [{"value": 0.3, "from": lines[odd]}, {"value": "max", "from": lines["speed: max"]}]
+    assert speeds("--set", "world.speed=real", "--set", "odd.speed=0.2") == [
+        {"value": 0.2, "from": "--set odd.speed=0.2"},
+        {"value": "real", "from": "--set world.speed=real"},
+    ]
+
+
 def test_a_graph_has_every_component_topic_and_connection(regraft: Regraft, tmp_path: Path) -> None:
     text = regraft("stack", "graph", str(rovers(tmp_path))).output
     assert text.startswith('digraph "two" {')

@@ -83,15 +83,18 @@ def with_origins(node: Node) -> Any:
 def _component(node: Node, spec: ComponentSpec, speed: Node | None) -> Node:
     assert isinstance(node.value, dict)
     parts = dict(node.value)
+    given = parts.get("parameters")
+    has_own = given is not None and isinstance(given.value, dict) and "speed" in given.value
     usual = Location(spec.cls or "its ports")
     fields = (("parameters", spec.parameters), ("connect", spec.connections), ("services", spec.services))
     for key, values in fields:
         if values or key in parts:
             parts[key] = _like(values, parts.get(key, Node({}, usual)), usual)
-    parameters = parts.get("parameters")
-    if speed is not None and parameters is not None and isinstance(parameters.value, dict):
-        moved = {"speed": Node(spec.parameters["speed"], speed.location)} if "speed" in spec.parameters else {}
-        parts["parameters"] = Node(parameters.value | moved, parameters.location)
+    if speed is not None and "speed" in spec.parameters and not has_own:
+        whole = parts["parameters"]
+        assert isinstance(whole.value, dict)
+        moved = {"speed": Node(spec.parameters["speed"], speed.location)}
+        parts["parameters"] = Node(whole.value | moved, whole.location)
     return Node(parts, node.location)
 
 

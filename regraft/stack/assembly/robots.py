@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from regraft.bus_schema import keys
 from regraft.bus_schema.errors import BadKey
@@ -127,7 +128,14 @@ class Robots:
 def _located(robot: Node) -> Node:
     """Return a robot's folder or file: one next to the stack goes before an installed robot of the name."""
     name = robot.value
-    if not isinstance(name, str) or "/" in name or (robot.location.folder / name).exists():
+    if not isinstance(name, str) or "/" in name or _exists(robot.location.folder / name):
         return robot
     folder = installed_robot(name)
     return robot if folder is None else Node(str(folder.absolute()), robot.location)
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError:  # no file can have such a name
+        return False

@@ -14,7 +14,7 @@ from regraft.bus_schema.model.robots.scopes import in_scope, scope_of, service_i
 from regraft.bus_schema.model.system_topics import SYSTEM_TOPICS
 from regraft.process.main import NoSuchClass
 from regraft.stack.classes import describe_class, device_classes
-from regraft.stack.relative_paths import RUN_FOLDER, with_absolute_paths
+from regraft.stack.relative_paths import with_absolute_paths, with_run_folder
 from regraft.stack.sections.limits import read_limits
 from regraft.stack.sections.programs import read_program
 from regraft.stack.sections.restart import read_restart
@@ -102,11 +102,7 @@ def services(spec: ComponentSpec, topics: Collection[str], given: Mapping[str, s
 
 def in_run_folder(spec: ComponentSpec, folder: str) -> ComponentSpec:
     """Return the spec with parameters that begin with ``$RUN`` in the folder of the running system."""
-    parameters = {
-        name: value.replace(RUN_FOLDER, folder, 1) if isinstance(value, str) and value.startswith(RUN_FOLDER) else value
-        for name, value in spec.parameters.items()
-    }
-    return replace(spec, parameters=parameters)
+    return replace(spec, parameters=with_run_folder(spec.parameters, folder))
 
 
 def _class_description(

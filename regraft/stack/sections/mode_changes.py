@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from regraft.bus_schema.annotations import PlainValue
-from regraft.bus_schema.model.adaptation import Add, Change, ChangeState, Connect, SetParameters, Swap
+from regraft.bus_schema.model.adaptation import Add, Change, ChangeState, Connect, Move, Remove, SetParameters, Swap
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
 from regraft.bus_schema.model.description import Description
 from regraft.bus_schema.model.parameter_values import effective_parameter, parameter_problem
@@ -61,10 +61,19 @@ def targets_of(architecture: Architecture, changes: Iterable[Change], refused: C
     return ModeTargets(architecture, topics, classes, refused)
 
 
+def description_for(change: Change, spec: ComponentSpec | None, refused: Collection[str]) -> Description | None:
+    """Return the description by which a change's parameters are read; None if it is not known here."""
+    if isinstance(change, Add) or (isinstance(change, Swap) and change.cls):
+        found = _description(change, spec, refused)
+        return found if isinstance(found, Description) else None
+    return spec.description if spec else None
+
+
 def change_problems(change: Change, targets: ModeTargets) -> Found:
     """Yield the fields of a change that can never be as they are, whichever modes were entered before."""
     spec = targets.architecture.components.get(change.component)
     descriptions = targets.descriptions(change.component)
+    yield from _unknown_names(change, targets)
     if spec is not None and not spec.managed and isinstance(change, OF_COMPONENTS):
         yield "component", unmanaged(change.component)
     elif isinstance(change, Add | Swap):
@@ -79,6 +88,19 @@ def change_problems(change: Change, targets: ModeTargets) -> Found:
     elif descriptions is not None and len(descriptions) == 1 and isinstance(change, Connect):
         wrong = _connection_problems(descriptions[0], {change.port: change.topic}, targets.topics)
         yield from ((part, problem) for _, part, problem in wrong)
+
+
+def _unknown_names(change: Change, targets: ModeTargets) -> Found:
+    """Yield the hosts and topics of a change that there are not."""
+    hosts = targets.architecture.hosts
+    if isinstance(change, Move) and change.host not in hosts:
+        yield "host", Hints(hosts).no_such("host", change.host)
+    elif isinstance(change, Add) and change.spec.host not in hosts:
+        yield "spec.host", Hints(hosts).no_such("host", change.spec.host)
+    elif isinstance(change, Remove):
+        unknown = [(index, name) for index, name in enumerate(change.topics) if name not in targets.topics]
+        hints = Hints(targets.topics)
+        yield from ((f"topics.{index}", hints.no_such("topic", name)) for index, name in unknown)
 
 
 def unmanaged(component: str) -> str:

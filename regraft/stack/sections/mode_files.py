@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from regraft.bus_schema.annotations import PlainValue
-from regraft.bus_schema.model.adaptation import SetParameters
+from regraft.bus_schema.model.adaptation import Add
 from regraft.bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.model.description import Description
 from regraft.bus_schema.model.mode_rules import ModeRule
 from regraft.bus_schema.model.robots.scopes import SHARED
 from regraft.stack.relative_paths import with_absolute_paths
@@ -19,6 +20,7 @@ from regraft.stack.yaml.problems import StackError
 from regraft.stack.yaml.section import Section
 
 PlainChange = dict[str, PlainValue]
+Folders = Path | Mapping[str, Path]
 MODES = "modes"
 
 
@@ -80,7 +82,10 @@ def _read(root: Section, node: Node, scope: str, components: Mapping[str, Compon
             root.report.add_at(value.node.location, path, problem)
     for name, changes in read.modes.items():
         assert isinstance(changes, list)
-        found.modes[name] = [with_absolute_values(change, components, folder) for change in changes]
+        described = [(change, components.get(change["component"])) for change in changes]
+        found.modes[name] = [
+            with_absolute_values(change, spec.description if spec else None, folder) for change, spec in described
+        ]
     found.parts |= read.parts
     found.rules += read.rules
     found.rule_locations |= read.rule_locations
@@ -94,9 +99,16 @@ def _value_problems(value: GivenValue, spec: ComponentSpec, folder: Path) -> Ite
         yield f"{value.field}{place.removeprefix(value.parameter)}", problem
 
 
-def with_absolute_values(change: PlainChange, components: Mapping[str, ComponentSpec], folder: Path) -> PlainChange:
-    """Return a change with absolute paths in the parameters that it sets."""
-    spec = components.get(change.get("component", ""))
-    if change["change"] != SetParameters.change or spec is None or spec.description is None:
+def with_absolute_values(change: PlainChange, description: Description | None, folders: Folders) -> PlainChange:
+    """Return a change with absolute paths in the parameters that it sets, by the description of what it sets."""
+    if description is None:
         return change
-    return {**change, "parameters": with_absolute_paths(spec.description, change["parameters"], folder)}
+    if change["change"] == Add.change:
+        return {**change, "spec": _with_absolute(change["spec"], description, folders)}
+    return _with_absolute(change, description, folders)
+
+
+def _with_absolute(above: PlainChange, description: Description, folders: Folders) -> PlainChange:
+    if not above.get("parameters"):
+        return above
+    return {**above, "parameters": with_absolute_paths(description, above["parameters"], folders)}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding import codec
@@ -15,7 +16,8 @@ from regraft.bus_schema.model.modes.mode_parts import way_between
 from regraft.bus_schema.model.modes.mode_sizes import size_problems
 from regraft.bus_schema.model.robots.scopes import SHARED
 from regraft.bus_schema.suggestions import Hints
-from regraft.stack.sections.mode_changes import change_problems, targets_of
+from regraft.stack.relative_paths import with_run_folder
+from regraft.stack.sections.mode_changes import change_problems, description_for, targets_of
 from regraft.stack.sections.mode_files import MODES, PlainChange, modes_of_files, with_absolute_values
 from regraft.stack.yaml.nodes import Location, Node, plain
 from regraft.stack.yaml.section import Section
@@ -43,7 +45,7 @@ def with_modes(root: Section, architecture: Architecture, refused: Collection[st
     given = root.node(MODES)
     of_files = modes_of_files(root, architecture.components)
     section = Section(_inline(given), MODES, root.report)
-    read = {name: _changes(section, name, architecture.components) for name in section.names()}
+    read = {name: _changes(section, name, architecture.components, refused) for name in section.names()}
     for name in read.keys() & of_files.modes.keys():
         section.wrong(name, "a file of system_modes has a mode of this name, too: give this one another name")
     targets = targets_of(architecture, (meant for changes in read.values() for _, meant, _ in changes), refused)
@@ -77,21 +79,20 @@ def _inline(given: Node | None) -> Node:
 
 
 def _changes(
-    section: Section, name: str, components: Mapping[str, ComponentSpec]
+    section: Section, name: str, components: Mapping[str, ComponentSpec], refused: Collection[str]
 ) -> list[tuple[str, Change, PlainChange]]:
     """Return the changes of a mode that can be read: the field of each, its meaning, and it with absolute paths."""
     node = section.node(name)
-    changes = plain(node) if node else None
-    if not isinstance(changes, list) or not changes:
+    if node is None or not isinstance(node.value, tuple) or not node.value:
         section.wrong(name, "must be a list of changes, as an adaptation has them")
         return []
-    folder = section.location(name).folder
-    read = [(f"{name}.{index}", change) for index, change in enumerate(changes)]
     found = []
-    for place, change in read:
+    for index, given in enumerate(node.value):
+        place, change = f"{name}.{index}", plain(given)
         try:
             meant = _meant(change)
-            whole = with_absolute_values(change, components, folder)
+            description = description_for(meant, components.get(meant.component), refused)
+            whole = with_absolute_values(change, description, _folders(given))
             found.append((place, _meant(whole), whole))
         except BadMessage as error:
             section.wrong(".".join((place, *error.where[2:])), error.why)
@@ -101,6 +102,14 @@ def _changes(
         if meant.component not in known and not isinstance(meant, EnterMode):
             section.wrong(f"{place}.component", hints.no_such("component", meant.component))
     return found
+
+
+def _folders(change: Node) -> dict[str, Path]:
+    """Return the folders from which the paths among a change's parameters are looked for: those of their files."""
+    fields = change.value if isinstance(change.value, dict) else {}
+    above = fields["spec"].value if "spec" in fields else fields
+    given = above["parameters"].value if isinstance(above, dict) and "parameters" in above else {}
+    return {name: node.location.folder for name, node in given.items()} if isinstance(given, dict) else {}
 
 
 def _meant(change: PlainValue) -> Change:
@@ -169,3 +178,13 @@ def _flat(name: str, found: Mapping[str, list[PlainChange]], above: tuple[str, .
         for change in found.get(name, ())
         for one in (_flat(change["mode"], found, (*above, name)) if _enters(change) else [change])
     ]
+
+
+def modes_in_run_folder(modes: Mapping[str, PlainValue], folder: str) -> dict[str, PlainValue]:
+    """Return modes with the parameters that begin with ``$RUN`` in the folder of the running system."""
+    return {name: [_in_run_folder(change, folder) for change in changes] for name, changes in modes.items()}
+
+
+def _in_run_folder(change: PlainChange, folder: str) -> PlainChange:
+    given = change.get("parameters")
+    return {**change, "parameters": with_run_folder(given, folder)} if given else change

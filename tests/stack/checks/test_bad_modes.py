@@ -30,13 +30,15 @@ SWAP = (
 )
 ADD = "modes:\n  night:\n    - {change: add, component: stick, spec: {class: 'tests.stack.parts:Navigator', "
 ADD += "parameters: {careful: true}}}\n"
+MOVE = f"hosts: [edge]\nmodes:\n  night:\n    - {{change: move, {N}, host: edge}}\n"
+REMOVE = f"hosts: [edge]\nmodes:\n  night:\n    - {{change: remove, {N}, topics: [truth]}}\n"
 
 
 def _told(found: Problem) -> tuple[str, int | None]:
     return found.field, found.line
 
 
-@pytest.mark.parametrize("mode", [SET, CONNECT, AGAIN, SWAP, ADD])
+@pytest.mark.parametrize("mode", [SET, CONNECT, AGAIN, SWAP, ADD, MOVE, REMOVE])
 def test_a_mode_whose_changes_can_be_is_read(tmp_path: Path, mode: str) -> None:
     assert list(load(write(tmp_path, GOOD + mode)).architecture.modes) == ["night"]
 
@@ -78,6 +80,15 @@ def test_a_mode_whose_changes_can_be_is_read(tmp_path: Path, mode: str) -> None:
         ),
         (ADD, "careful: true", "careful: 1", "0.spec.parameters.careful", "1: must be a boolean"),
         (ADD, "parts:Navigator'", "parts:Navigato'", "0.spec.class", "did you mean 'Navigator'?"),
+        (
+            ADD,
+            "careful: true}",
+            "careful: true}, host: egde",
+            "0.spec.host",
+            "there is no host 'egde'; there are: local",
+        ),
+        (MOVE, "host: edge", "host: egde", "0.host", "there is no host 'egde'; did you mean 'edge'?"),
+        (REMOVE, "[truth]", "[truth, trth]", "0.topics.1", "there is no topic 'trth'; did you mean 'truth'?"),
     ],
 )
 def test_a_change_that_can_never_be_is_told_in_its_line(

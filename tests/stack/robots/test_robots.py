@@ -112,6 +112,27 @@ def test_modes_and_constraints_speak_of_the_robots_own(tmp_path: Path) -> None:
     ]
 
 
+def test_paths_in_a_mode_are_looked_for_from_the_files_that_have_them(tmp_path: Path) -> None:
+    horn = '{class: "tests.stack.parts:Signals", connect: {clock_like: null}, parameters: {horn: new.wav}}'
+    modes = (
+        "    - {change: set_parameters, component: signals, parameters: {horn: $horn}}\n"
+        f"    - {{change: add, component: second, spec: {horn}}}\n"
+        "  loud:\n"
+        "    - {change: swap, component: signals, parameters: {horn: loud.wav}}\n"
+    )
+    use = "parameters: {speed: 0.1, horn: mine.wav}"
+    signals = SIGNALS.replace("    services: {honk: /honk}\n", "")
+    robot = SHARED.replace("constraints:\n", f"{signals}constraints:\n") + modes
+    architecture = load(rovers(tmp_path, TWO.replace("parameters: {speed: 0.1}", use), robot)).architecture
+    assert architecture.components["right.signals"].parameters["horn"] == str(tmp_path / "mine.wav")
+    for name, horn in (("left", "rover/sounds/horn.wav"), ("right", "mine.wav")):
+        _, changed, added = architecture.modes[f"{name}/slow"]
+        assert changed["parameters"] == {"horn": str(tmp_path / horn)}
+        assert added["spec"]["parameters"] == {"horn": str(tmp_path / "rover" / "new.wav")}
+        (swapped,) = architecture.modes[f"{name}/loud"]
+        assert swapped["parameters"] == {"horn": str(tmp_path / "rover" / "loud.wav")}
+
+
 def test_what_begins_with_a_slash_is_shared_by_all(tmp_path: Path) -> None:
     robot = SHARED.replace("constraints:\n", f"{SIGNALS}constraints:\n")
     one = TWO.replace("  right: ", "  # right: ")
@@ -225,6 +246,11 @@ def test_a_robot_without_a_file_is_refused(tmp_path: Path) -> None:
     path = rovers(tmp_path)
     (tmp_path / "rover" / "robot.yaml").unlink()
     assert "robots.left.robot: 'rover': there is no such file" in told(path)[0]
+
+
+def test_a_name_that_no_file_can_have_is_refused_as_a_robot(tmp_path: Path) -> None:
+    (line,) = told(rovers(tmp_path, SINGLE.replace("robot: rover", f"robot: {300 * 'a'}")))
+    assert line.startswith("stack.yaml:4: robot.robot: ")
 
 
 def test_a_robot_that_includes_itself_is_refused(tmp_path: Path) -> None:
