@@ -11,7 +11,7 @@ from jsonschema import Draft202012Validator
 from regraft.adaptation_manager.planners.forecast.forecast_planner import ForecastPlanner
 from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
 from regraft.bus_schema.messages.sensors import LightLevel
-from regraft.bus_schema.model.adaptation import SetParameters
+from regraft.bus_schema.model.adaptation import Add, SetParameters
 from regraft.client import as_json
 from regraft.testing import Rig
 from tests.planners.decisions.deciding import (
@@ -195,6 +195,31 @@ def test_the_short_names_of_a_decision_mean_the_robot_that_the_planner_belongs_t
         request = ProposalRequest("drive", inputs={"decision": "pace"}, context={"darkness": 0.7})
         proposal = rig.call("rescuer/planners/forecast/propose", request, Proposal, timeout=60.0)
         assert proposal.changes == (SetParameters("rescuer.navigator", {"max_velocity": 0.1}),)
+
+
+SPARE = """\
+choices:
+  spare:
+    alternatives:
+      none: {set: {component: helper, present: false}, figures: {help: 0}}
+      one:
+        figures: {help: 1}
+        set: {component: helper, present: {class: 'm:Helper', connect: {image: image}, services: {help: help}}}
+objective: {utility: total.help}
+"""
+
+
+def test_a_component_that_a_decision_adds_has_the_topics_and_services_of_the_planners_robot(tmp_path: Path) -> None:
+    (tmp_path / "spare.yaml").write_text(SPARE)
+    with Rig() as rig:
+        rig.add(SmallManager, "adaptation_manager")
+        rig.add(ForecastPlanner, "rescuer.forecast", {"decisions": str(tmp_path)}, scope="rescuer")
+        request = ProposalRequest("help", inputs={"decision": "spare"}, apply=False)
+        (change,) = rig.call("rescuer/planners/forecast/propose", request, Proposal, timeout=60.0).changes
+        assert isinstance(change, Add)
+        assert change.component == "rescuer.helper"
+        assert change.spec.connections == {"image": "rescuer/image"}
+        assert change.spec.services == {"help": "rescuer/help"}
 
 
 @pytest.mark.parametrize(("darkness", "what"), [(0.2, "fault"), (0.7, "requirement")])

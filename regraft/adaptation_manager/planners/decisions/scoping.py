@@ -42,8 +42,21 @@ def _alternative(alternative: Alternative, names: Names) -> Alternative:
 
 
 def _setting(setting: Setting, names: Names) -> Setting:
-    value = names.topic(str(setting.value)) if setting.kind is Kind.PORT else setting.value
+    value = setting.value
+    if setting.kind is Kind.PORT:
+        value = names.topic(str(value))
+    elif setting.kind is Kind.PRESENCE and isinstance(value, dict):
+        value = _added(value, names)
     return replace(setting, component=names.component(setting.component), value=value)
+
+
+def _added(plain: dict[str, PlainValue], names: Names) -> dict[str, PlainValue]:
+    """Return the map that a stack file has of a component; what has no names is left to the check of the decision."""
+    return plain | {
+        key: {of: names.topic(name) if isinstance(name, str) else name for of, name in given.items()}
+        for key, given in plain.items()
+        if key in ("connect", "services") and isinstance(given, dict)
+    }
 
 
 def _entry(entry: ContextEntry, names: Names) -> ContextEntry:
