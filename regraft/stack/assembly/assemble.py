@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from keyword import iskeyword
 from pathlib import Path
 
 from regraft.bus_schema.annotations import PlainValue
@@ -11,8 +12,8 @@ from regraft.stack.assembly.expansion import Robot, RobotData, robot_of
 from regraft.stack.assembly.included_files import INCLUDE, IncludedFiles
 from regraft.stack.assembly.merge import merge
 from regraft.stack.assembly.references import WORLD, References
-from regraft.stack.assembly.robots import ROBOT, ROBOTS, Robots
-from regraft.stack.assembly.scoping import Entry, scoped_constraints, scoped_entries
+from regraft.stack.assembly.robots import ROBOT, ROBOTS, Robots, Use
+from regraft.stack.assembly.scoping import Entry, names_own_in_expressions, scoped_constraints, scoped_entries
 from regraft.stack.sections.mode_files import MODES
 from regraft.stack.yaml.document import MAX_NODES
 from regraft.stack.yaml.nodes import NOWHERE, Node, locations_of, plain, size_of
@@ -107,7 +108,7 @@ class _Combination:
         """Return the fields; names that are given twice are noted."""
         for robot in robots:
             robot.references.known[ROBOTS] = listed
-            fields = robot.for_stack()
+            fields = self._speakable(robot.use, robot.for_stack())
             for entry in scoped_entries(robot.use.name, fields):
                 self._enter(robot, entry)
             self._append(robot, scoped_constraints(robot.use.name, fields))
@@ -117,6 +118,16 @@ class _Combination:
                 problem = f"a component has this name too, at {component.location}: name the robot otherwise"
                 self._report.add_at(robot.use.location, robot.use.path, problem)
         return self._fields
+
+    def _speakable(self, use: Use, fields: dict[str, Node]) -> dict[str, Node]:
+        """Return a robot's fields, without expressions if the robot's name, which is noted, has no place in them."""
+        is_word = use.name.isidentifier() and not iskeyword(use.name)
+        if not use.name or is_word or not names_own_in_expressions(fields):
+            return fields
+        problem = f"{use.name!r} has no place in expressions, and {use.whole.file} has some"
+        must = "must be letters, digits and '_', without a digit first, and no word of Python's"
+        self._report.add_at(use.location, use.path, f"{problem}: {must}")
+        return {key: node for key, node in fields.items() if key not in ("constraints", "rules")}
 
     def _entries(self, section: str) -> dict[str, Node]:
         node = self._fields.get(section)

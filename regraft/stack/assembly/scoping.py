@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 
+from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.architecture import ConstraintKind
 from regraft.bus_schema.model.expressions import Expression
@@ -14,7 +15,7 @@ from regraft.bus_schema.model.modes.mode_parts import SYSTEM, part_of
 from regraft.bus_schema.model.robots.scopes import SHARED, component_in_scope, in_scope
 from regraft.stack.sections.system_mode_rules import PartNames
 from regraft.stack.yaml.document import read_document
-from regraft.stack.yaml.nodes import Node
+from regraft.stack.yaml.nodes import Node, plain
 from regraft.stack.yaml.problems import StackError
 
 Rename = Callable[[str], str]
@@ -54,6 +55,18 @@ def scoped_constraints(scope: str, fields: Mapping[str, Node]) -> tuple[Node, ..
     if node is None or not isinstance(node.value, tuple):
         return ()
     return tuple(map(_scoping(scope, fields).constraint, node.value))
+
+
+def names_own_in_expressions(fields: Mapping[str, Node]) -> bool:
+    """Return whether an expression of a robot's file names what is the robot's own."""
+    return _expressions("robot", fields) != _expressions("", fields)
+
+
+def _expressions(scope: str, fields: Mapping[str, Node]) -> list[PlainValue]:
+    """Return the texts of all expressions of a robot in a scope."""
+    constraints = ((ConstraintKind.REQUIRE.value, node) for node in scoped_constraints(scope, fields))
+    rules = (("when", _scoping(scope, fields).rule(rule)) for rule in _map(fields.get("rules")).values())
+    return [plain(part) for key, node in (*constraints, *rules) if (part := _map(node).get(key)) is not None]
 
 
 def _scoping(scope: str, fields: Mapping[str, Node]) -> _Scoping:

@@ -248,6 +248,19 @@ def test_a_robot_without_a_file_is_refused(tmp_path: Path) -> None:
     assert "robots.left.robot: 'rover': there is no such file" in told(path)[0]
 
 
+@pytest.mark.parametrize("name", ["left-bot", "2nd", "in"])
+def test_a_name_that_has_no_place_in_the_robots_own_expressions_is_refused_where_it_is_given(
+    tmp_path: Path, name: str
+) -> None:
+    robots = TWO.replace("  left:", f"  {name}:")
+    assert f"{name}.navigator" in load(rovers(tmp_path, robots)).architecture.components
+    speaks = ROBOT.replace("modes:\n", "  - {require: navigator.max_velocity < 0.3}\nmodes:\n")
+    (line,) = told(rovers(tmp_path, robots, speaks))
+    assert line.startswith(f"stack.yaml:5: robots.{name}: '{name}' has no place in expressions, and rover/robot.yaml")
+    other = ROBOT.replace("modes:\n", "  - {require: world.tick_rate < 300}\nmodes:\n")
+    load(rovers(tmp_path, robots, other))
+
+
 def test_a_name_that_no_file_can_have_is_refused_as_a_robot(tmp_path: Path) -> None:
     (line,) = told(rovers(tmp_path, SINGLE.replace("robot: rover", f"robot: {300 * 'a'}")))
     assert line.startswith("stack.yaml:4: robot.robot: ")
