@@ -127,7 +127,7 @@ class HostApi:
         if not managed.has_process and managed.start_at is None:
             managed.history.pardon()
             if asked.resume:
-                managed.checkpoint = self._supervisor.past.checkpoint(managed.spec.name)
+                managed.checkpoint = self._supervisor.past.checkpoint(managed.spec.name) or managed.checkpoint
             if asked.afresh:
                 managed.checkpoint = b""
             managed.incarnation += asked.leave_out

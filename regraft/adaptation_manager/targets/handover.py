@@ -224,7 +224,8 @@ async def _begin_again(context: ExecutionContext, action: Restore, successor: Pr
     await _end_successor(context, action, successor)
     spec = context.before.components[name]
     patience = Patience(context.start_within(spec))
-    if action.successor_host not in ("", action.host):
+    moved = action.successor_host not in ("", action.host)
+    if moved:
         await context.hosts.give(UpdateSpecs(context.revision, (spec,)))
     while True:
         await context.refresh()
@@ -232,7 +233,7 @@ async def _begin_again(context: ExecutionContext, action: Restore, successor: Pr
         if process is not None and process.state is ProcessState.RUNNING:
             return
         if process is None or process.state in (ProcessState.STOPPED, ProcessState.QUARANTINED):
-            await context.hosts.start(name, action.host, resume=False)
+            await context.hosts.start(name, action.host, resume=moved)
             _note(context, name)
         if patience.is_over():
             raise NoAnswer(f"{spec.name}: it has not come back within {context.start_within(spec):g} s")
