@@ -10,7 +10,8 @@ from regraft.component.component import declared
 from regraft.component.parameters import ParameterError
 from regraft.sim_service.devices.core.calling import DeviceError, call
 from regraft.sim_service.devices.core.device import Device
-from regraft.sim_service.devices.core.fitting import place_of
+from regraft.sim_service.devices.core.device_kit import DeviceParameters
+from regraft.sim_service.devices.core.fitting import Fitted, place_of
 from regraft.sim_service.layout.scene import Scene
 from regraft.sim_service.simulation import Simulation, SimulationSettings
 
@@ -40,15 +41,19 @@ class _Output:
         self.publish(make())
 
 
-def try_world(scene: Scene, seed: int, settings: SimulationSettings) -> None:
+def try_world(
+    scene: Scene, seed: int, settings: SimulationSettings, parameters: Callable[[Fitted], DeviceParameters]
+) -> None:
     """Build a world with its devices, let a tick pass, and restore it from a snapshot.
+
+    ``parameters`` gives the parameters of each device.
 
     Raises:
         ParameterError: a device fails; with its place in the list of robots.
         SceneError, PlacementError: see `Simulation`.
     """
     try:
-        simulation = Simulation(scene, seed, settings)
+        simulation = Simulation(scene, seed, settings, parameters=parameters)
         devices = [device for robot in simulation.robots.values() for device in robot.devices.values()]
         for device in devices:
             _connect_to_nothing(device)

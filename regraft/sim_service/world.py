@@ -14,8 +14,9 @@ from regraft.bus_schema.model.description import Resources
 from regraft.lockstep.source import TimeSource
 from regraft.planar import Pose2D, Twist2D
 from regraft.sim_service.devices.core.calling import call
+from regraft.sim_service.devices.core.device_kit import DeviceParameters
 from regraft.sim_service.devices.core.failures import DeviceFails
-from regraft.sim_service.devices.core.fitting import parameters_of, ports_of, qualities_of
+from regraft.sim_service.devices.core.fitting import Fitted, parameters_of, ports_of, qualities_of
 from regraft.sim_service.layout.identity import world_hash
 from regraft.sim_service.people.crowds import CROWD, Crowding, CrowdParameter, changes, check_crowds, present_groups
 from regraft.sim_service.people.walkers import Person
@@ -96,8 +97,14 @@ class World(TimeSource):
 
     @classmethod
     def check_parameters(cls, parameters: dict[str, Any], seed: int) -> None:
-        """Load the world, place everything, and let a moment pass."""
-        try_world(load_world(_named(parameters["file"]), parameters["robots"], seed), seed, _settings(parameters))
+        """Load the world, place everything, and let a moment pass, all with the world's values for its devices."""
+
+        def given(device: Fitted) -> DeviceParameters:
+            shorts = device.declared.parameters
+            return DeviceParameters({short: parameters[device.parameter(short)] for short in shorts})
+
+        scene = load_world(_named(parameters["file"]), parameters["robots"], seed)
+        try_world(scene, seed, _settings(parameters), given)
 
     def on_configure(self) -> None:
         """Load the world and place everything; raises SceneError, PlacementError, DeviceError."""

@@ -64,6 +64,13 @@ class Nose(Sensor):
 
 def refused(folder: Path, stack: str = STACK, robot: str = ROBOT, model: str = "", device: str = "") -> str:
     """Return what is said of a stack that is wrong, with short paths."""
+    code, output = checked(folder, stack, robot, model, device)
+    assert code == 2, output
+    return output
+
+
+def checked(folder: Path, stack: str = STACK, robot: str = ROBOT, model: str = "", device: str = "") -> tuple[int, str]:
+    """Return the exit code of the check of a stack, and what is said of it, with short paths."""
     rover = folder / "rover"
     rover.mkdir()
     (folder / "room.xml").write_text(ROOM)
@@ -73,9 +80,8 @@ def refused(folder: Path, stack: str = STACK, robot: str = ROBOT, model: str = "
     if device:
         (rover / f"{folder.name}_parts.py").write_text(device)
     done = CliRunner().invoke(whole(), ["stack", "check", str(folder / "stack.yaml")])
-    assert done.exit_code == 2, done.output
     shutil.rmtree(rover)
-    return done.output.replace(f"{folder}/", "")
+    return done.exit_code, done.output.replace(f"{folder}/", "")
 
 
 def test_a_robot_without_its_body_is_refused_with_those_that_there_are(tmp_path: Path) -> None:
@@ -158,6 +164,18 @@ def test_a_sensor_that_cannot_measure_is_named_whatever_its_rate(tmp_path: Path)
     found = refused(tmp_path, robot=robot, device=NOSE)
     assert "rover/robot.yaml:4: " in found
     assert "the device 'nose' of the robot 'left': RuntimeError: it has a cold" in found
+
+
+def test_a_value_that_the_stack_gives_a_device_is_checked(tmp_path: Path) -> None:
+    found = refused(tmp_path, STACK.replace("robots: $robots}", "robots: $robots, left/scan_site: nose}"))
+    assert re.search("rover/robot.yaml:5: .*no site named 'left/nose'; there are: left/lidar", found)
+
+
+def test_a_device_may_be_complete_by_values_of_the_stack_alone(tmp_path: Path) -> None:
+    robot = ROBOT.replace('Lidar"}', 'Lidar", parameters: {site: nose}}')
+    given = "left/scan_site: lidar, right/scan_site: lidar}"
+    code, output = checked(tmp_path, STACK.replace("robots: $robots}", f"robots: $robots, {given}"), robot)
+    assert code == 0, output
 
 
 def test_a_devices_shared_topic_is_the_same_for_all_robots(tmp_path: Path) -> None:
