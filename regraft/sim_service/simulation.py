@@ -24,7 +24,7 @@ from regraft.sim_service.layout.scene import Scene
 from regraft.sim_service.people.walkers import Person, Walker
 from regraft.sim_service.simulated_robot import SimulatedRobot
 
-SNAPSHOT_VERSION = 4
+SNAPSHOT_VERSION = 5
 
 
 @dataclass(frozen=True, slots=True)

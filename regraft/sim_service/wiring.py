@@ -73,7 +73,8 @@ class DeviceWiring:
         self._fitted = fitted(robots)
         kinds = _kinds(self._fitted)
         self._schedules = {name: Schedule([fails for fails in failures if fails.device == name]) for name in kinds}
-        self._failing = dict.fromkeys(kinds, NONE)
+        self._reported = dict.fromkeys(kinds, NONE)
+        """How each device failed when that was reported last."""
         self._devices: dict[str, Device] = {}
         self._handlers: dict[str, list[Callable[[Any], object]]] = {}
 
@@ -82,14 +83,16 @@ class DeviceWiring:
         return DeviceParameters(_Renamed(self._kit, device))
 
     def connect(self, simulation: Simulation) -> None:
-        """Give the devices of a simulation their live ports, and a way to report events."""
+        """Give the devices of a simulation their live ports, a way to report events, and how they fail now."""
         self._handlers.clear()
         for fit in self._fitted:
             device = simulation.robot(fit.robot.name).devices[fit.spec.name]
             device.kit.event = self._kit.event
             own = fit.robot.prefix + fit.spec.name
-            device.kit.failing = self._failing.get(own, NONE)
             self._devices[own] = device
+            if own in self._reported:
+                # Messages may come before the first tick, and find the device as it is.
+                device.kit.failing = self._failure(own, self._kit.now())
             for short in fit.declared.outputs:
                 vars(device)[short] = self._kit.outputs[fit.port(short)]
             for short, port in fit.declared.inputs.items():
@@ -105,10 +108,20 @@ class DeviceWiring:
 
     def fail(self, now: float) -> None:
         """Let the devices fail by parameters and schedule at this moment (s)."""
-        for name, failing in self._failing.items():
-            device = self._devices[name]
-            asked = device.kit.parameters.values[FAILURE]
-            failure = asked if asked != NONE else self._schedules[name].at(now)
-            if failure != failing:
-                self._failing[name] = device.kit.failing = failure
+        for name, reported in self._reported.items():
+            failure = self._devices[name].kit.failing = self._failure(name, now)
+            if failure != reported:
+                self._reported[name] = failure
                 self._kit.event("world.failure", f"{name}: {failure}", sensor=name, failure=failure)
+
+    def _failure(self, name: str, now: float) -> str:
+        asked: str = self._devices[name].kit.parameters.values[FAILURE]
+        return asked if asked != NONE else self._schedules[name].at(now)
+
+    def snapshot(self) -> dict[str, str]:
+        """Return how each device failed when that was reported last."""
+        return dict(self._reported)
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Take over what was reported: it is not reported again."""
+        self._reported |= {name: str(state[name]) for name in self._reported if name in state}

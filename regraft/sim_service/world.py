@@ -44,7 +44,7 @@ class World(TimeSource):
     any time.
     """
 
-    state_version = 3
+    state_version = 4
     resources = Resources(cpu=0.1, memory=65.0)
 
     file = Parameter("", "the world's MJCF file", unit="path", exists=True, read_only=True)
@@ -192,13 +192,18 @@ class World(TimeSource):
         return qualities
 
     def snapshot(self) -> PlainValue:
-        """Return the whole state of the simulation."""
-        return {"simulation": self.simulation.snapshot(), "contacts": dict(self._contacts)}
+        """Return the whole state of the simulation, and what has been reported of it."""
+        return {
+            "simulation": self.simulation.snapshot(),
+            "contacts": dict(self._contacts),
+            "failing": self._wiring.snapshot(),
+        }
 
     def restore(self, state: PlainValue) -> None:
         """Continue from a snapshot; raises SnapshotError if it was taken in another world."""
         self.simulation.restore(state["simulation"])
         self._contacts = {str(name): int(count) for name, count in state["contacts"].items()}
+        self._wiring.restore(state["failing"])
         self._learn_the_world()
 
 

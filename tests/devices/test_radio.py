@@ -13,10 +13,12 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.devices.signals import RadioMessage, RadioReception
 from regraft.sim_service.devices.signals.radio import Radio
 from regraft.sim_service.layout.scene import SceneError
+from regraft.sim_service.robots import RobotSpec
 from regraft.sim_service.simulation import Simulation
+from regraft.sim_service.world import World
 from regraft.testing import Rig
 
-from .worlds import FLOOR, PUCK, device, found, listen, robot, run, simulated, tick, world_on
+from .worlds import FLOOR, PUCK, device, found, listen, on_bus, robot, run, simulated, tick, world_on
 
 BODY = PUCK + '<site name="radio" pos="0 0 .05"/>'
 WALLS = "".join(f'<geom type="box" pos="{x} 0 .2" size=".01 .5 .2"/>' for x in (0.3, 0.6))
@@ -132,17 +134,44 @@ def test_a_restored_run_goes_on_with_what_was_queued(tmp_path: Path) -> None:
     assert arrived == radio(original, "here").arriving() != []
 
 
-def test_radios_reach_each_other_through_the_world_component(tmp_path: Path) -> None:
-    robots = [
-        robot(tmp_path, name, [device(Radio, "radio")], (x, 0.0, 0.0), body=BODY)
+def one_and_two(folder: Path) -> list[RobotSpec]:
+    """Return two robots with radios near each other."""
+    return [
+        robot(folder, name, [device(Radio, "radio")], (x, 0.0, 0.0), body=BODY)
         for name, x in (("one", 0.0), ("two", 1.0))
     ]
+
+
+def test_radios_reach_each_other_through_the_world_component(tmp_path: Path) -> None:
     with Rig() as rig:
-        world = world_on(rig, tmp_path, *robots)
+        world = world_on(rig, tmp_path, *one_and_two(tmp_path))
         received = rig.collect("two/received", RadioReception)
         rig.publish("one/send", RadioMessage("come"))
         tick(rig, world, 3)
     assert [(message.sender, message.payload) for message in received] == [("one", "come")]
+
+
+SILENT: list[dict[str, Any]] = [
+    {"failures": [{"at": 0.0, "device": "one/radio", "failure": "silent"}]},
+    {"one/radio_failure": "silent"},
+]
+
+
+@pytest.mark.parametrize("silent", SILENT, ids=["by the clock", "by parameter"])
+@pytest.mark.parametrize("restarted", [False, True])
+def test_a_silent_radio_sends_nothing_that_comes_before_the_first_tick(
+    tmp_path: Path, silent: dict[str, Any], *, restarted: bool
+) -> None:
+    parameters = {**on_bus(tmp_path, *one_and_two(tmp_path)), **silent}
+    with Rig() as rig:
+        world = rig.add(World, parameters=parameters)
+        if restarted:
+            world.restore(world.snapshot())
+        received = rig.collect("two/received", RadioReception)
+        rig.publish("one/send", RadioMessage("come"))
+        rig.settle()
+        tick(rig, world, 3)
+    assert received == []
 
 
 def test_a_payload_that_is_too_long_is_refused() -> None:

@@ -208,6 +208,29 @@ def test_a_robot_with_an_empty_battery_does_not_drive_until_it_has_power_again()
     assert told == ["the battery is empty: the robot stands still", "there is power to drive again"]
 
 
+def test_a_restarted_world_stands_while_the_battery_is_empty_and_reports_nothing_again() -> None:
+    failures = of_device("scan", "0.2 frozen")
+    with Rig(seed=3) as rig:
+        world = world_on(rig, failures=failures)
+        rig.publish("battery", BatteryState(0.0, 0.0, 2000.0, 0.0, 7.0))
+        rig.publish("velocity", Twist.planar(0.0, 0.5))
+        run(rig, world, 0.5)
+        checkpoint = codec.encode(rig.runtimes["world"].checkpoints.snapshot())
+        assert {"world.power", "world.failure"} <= {event.kind for event in rig.events}
+    with Rig(seed=3, start=0.5) as rig:
+        successor = world_on(rig, failures=failures)
+        successor.restore(codec.unpack_plain(checkpoint)["state"])
+        truth = rig.collect("ground_truth", GroundTruth)
+        for _ in range(8):
+            rig.publish("velocity", Twist.planar(0.0, 0.5))
+            run(rig, successor, 0.05)
+        assert abs(truth[-1].twist.turn) < 0.01
+        rig.publish("battery", BatteryState(0.0, 0.0, 2000.0, 0.0, 7.0))
+        rig.publish("velocity", Twist.planar(0.0, 0.5))
+        run(rig, successor, 0.1)
+        assert [event.text for event in rig.events if event.kind in ("world.power", "world.failure")] == []
+
+
 def test_a_visitor_is_sent_on_a_walk_by_a_parameter() -> None:
     with Rig(seed=3) as rig:
         file = FROG.replace("world.xml", "world_with_visitor.xml")

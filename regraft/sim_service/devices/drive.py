@@ -55,7 +55,7 @@ class DifferentialDrive(Device):
     def on_velocity(self, twist: Twist) -> None:
         """Drive on like this until the next command, or until it times out; an empty battery turns no wheel."""
         battery = self.battery.latest
-        powered = battery is None or battery.energy > 0.0
+        powered = self._powered if battery is None else battery.energy > 0.0
         if powered != self._powered:
             self._powered = powered
             text = "the battery is empty: the robot stands still" if not powered else "there is power to drive again"
@@ -93,14 +93,15 @@ class DifferentialDrive(Device):
         control[self._actuators[0]], control[self._actuators[1]] = left, right
 
     def snapshot(self) -> dict[str, Any]:
-        """Return the last command as plain data."""
-        never = math.isinf(self._command_time)
-        return {"v": self._command.v, "w": self._command.w, "time": None if never else self._command_time}
+        """Return the last command, and whether there was power, as plain data."""
+        time = None if math.isinf(self._command_time) else self._command_time
+        return {"v": self._command.v, "w": self._command.w, "time": time, "powered": self._powered}
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
-        """Take over the command of a snapshot."""
+        """Take over the command of a snapshot, and whether there was power."""
         self._command = Twist2D(float(snapshot["v"]), float(snapshot["w"]))
         self._command_time = -math.inf if snapshot["time"] is None else float(snapshot["time"])
+        self._powered = bool(snapshot["powered"])
 
 
 def _wheel_radius(kit: DeviceKit, wheels: tuple[str, str], joints: list[int]) -> float:
