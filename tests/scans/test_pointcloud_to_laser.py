@@ -17,11 +17,14 @@ from regraft.bus_schema.messages.geometry import Pose, Quaternion, Vector3
 from regraft.bus_schema.messages.health import Diagnostic
 from regraft.bus_schema.messages.power import EnergyUse
 from regraft.bus_schema.messages.sensors import DepthImage, LaserScan
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.component.component import describe
+from regraft.runtime.lifecycle.lifecycle import TransitionFailed
 from regraft.services.scans.pointcloud_to_laser import PointcloudToLaser
 from regraft.sim_service.depth_camera import DepthCamera
 from regraft.testing import Rig
 from tests.devices.worlds import FLOOR, PUCK, on_bus, robot, tick, world_on
+from tests.services.rigs import why_refused
 
 EYE = '<camera name="eye" pos="0.03 0 0.2" xyaxes="0 -1 0 0 0 1" fovy="60" resolution="40 30"/>'
 LOW = '<body name="low" pos=".7 -.4 .01"><geom type="box" size=".02 .1 .01"/></body>'
@@ -122,6 +125,22 @@ def test_images_that_make_no_scan_are_reported_once(eye: Eye, other: dict[str, A
 def test_an_empty_band_of_heights_is_refused() -> None:
     with pytest.raises(ParameterError, match="must be above min_height"):
         PointcloudToLaser.check_parameters({"min_height": 0.5, "max_height": 0.5}, 0)
+
+
+def test_a_band_of_heights_that_becomes_empty_while_it_works_is_refused_and_the_scans_continue(eye: Eye) -> None:
+    assert "must be above min_height" in why_refused(eye.rig, "cloud", min_height=1.5)
+    eye.show()
+    (scan,) = eye.scans
+    assert np.isfinite(scan.ranges).all()
+    assert not why_refused(eye.rig, "cloud", min_height=1.5, max_height=2.0)
+
+
+def test_a_component_with_an_empty_band_of_heights_is_not_configured() -> None:
+    with Rig() as rig:
+        rig.add(PointcloudToLaser, "cloud", {"min_height": 1.5}, state=State.UNCONFIGURED)
+        with pytest.raises(TransitionFailed, match="must be above min_height"):
+            rig.transition("cloud", Transition.CONFIGURE)
+        assert len(rig.take_faults()) == 1
 
 
 def test_the_camera_s_energy_is_booked(eye: Eye) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.messages.protocol.control import ParameterValues
+from regraft.bus_schema.messages.protocol.control import ControlError, ParameterValues
 from regraft.bus_schema.messages.sensors import Image
 from regraft.component.goal import Goal
 from regraft.planar import Pose2D
@@ -54,12 +54,18 @@ def finish(rig: Rig, world: World, goal: Goal[Any, Any], within: float = 120.0) 
 
 def set_parameters(rig: Rig, component: str, **values: object) -> None:
     """Set parameters as the adaptation manager does."""
+    assert not why_refused(rig, component, **values)
+
+
+def why_refused(rig: Rig, component: str, **values: object) -> str:
+    """Set parameters as the adaptation manager does, and return why they are refused; empty if they are set."""
     answers: list[Any] = []
     key = rig.keys.control(component, 1, "parameters")
     rig.bus.ask(key, codec.encode(ParameterValues(values)), 5.0, answers.extend)
     while not answers:
         rig.settle()
-    assert not answers[0].error
+    (answer,) = answers
+    return "; ".join(codec.decode(answer.payload, ControlError).problems) if answer.error else ""
 
 
 class Studio:

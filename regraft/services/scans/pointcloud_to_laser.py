@@ -39,13 +39,16 @@ class PointcloudToLaser(PoweredComponent):
     @classmethod
     def check_parameters(cls, parameters: dict[str, Any], seed: int) -> None:
         """Refuse a band of heights that is empty."""
-        lowest, highest = parameters["min_height"], parameters["max_height"]
-        if lowest >= highest:
-            raise ParameterError([("max_height", f"{highest:g} m: must be above min_height, {lowest:g} m")])
+        _check_band(parameters["min_height"], parameters["max_height"])
 
     def on_configure(self) -> None:
-        """Begin without a view."""
+        """Begin without a view; raises ParameterError."""
+        _check_band(self.min_height, self.max_height)
         self._known: tuple[Hashable, DepthScan | None] | None = None
+
+    def on_parameters(self, changed: frozenset[str]) -> None:
+        """Refuse a band of heights that is empty; raises ParameterError."""
+        _check_band(self.min_height, self.max_height)
 
     @depth.handler
     def on_depth(self, image: DepthImage) -> None:
@@ -96,6 +99,11 @@ class PointcloudToLaser(PoweredComponent):
         turned, above = image.pose.orientation, image.pose.position.z + self.base_height
         axes = axes_of(turned.x, turned.y, turned.z, turned.w)
         return View(axes, above, image.horizontal_field_of_view, (height, width))
+
+
+def _check_band(lowest: float, highest: float) -> None:
+    if lowest >= highest:
+        raise ParameterError([("max_height", f"{highest:g} m: must be above min_height, {lowest:g} m")])
 
 
 def _level(pose: Pose) -> Pose:
