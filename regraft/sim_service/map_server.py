@@ -8,7 +8,7 @@ from regraft.bus_schema.messages.maps import Goals, NamedGoal, OccupancyGrid
 from regraft.bus_schema.model.description import Resources
 from regraft.sim_service.robots import RobotSpec
 from regraft.sim_service.rooms.loading import load_world
-from regraft.sim_service.simulation import Simulation
+from regraft.sim_service.simulation import Simulation, SimulationSettings
 from regraft.sim_service.survey import goals, ground_map
 from regraft.sim_service.world import MAP_FRAME
 
@@ -36,7 +36,10 @@ class MapServer(Component):
         """Make the map and the goals; raises SceneError, PlacementError, GoalError."""
         if not self.file:
             raise ValueError("the parameter 'file' must name the world's MJCF file")
-        simulation = Simulation(load_world(self.file, self.robots, self.kit.seed), self.kit.seed)
+        scene = load_world(self.file, self.robots, self.kit.seed)
+        # No time passes here, so that one step fits a world of any periods.
+        step = float(scene.model.opt.timestep)
+        simulation = Simulation(scene, self.kit.seed, SimulationSettings(step, step))
         self._ground = ground_map(simulation, self.robot, self.resolution)
         self._goals = tuple(
             NamedGoal(goal.name, FramedPose(MAP_FRAME, Pose.planar(goal.pose.x, goal.pose.y, goal.pose.yaw)))

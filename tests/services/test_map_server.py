@@ -1,11 +1,12 @@
 """Promises of the map server."""
 
 import math
+from pathlib import Path
 
 from regraft.bus_schema.messages.maps import Goals, OccupancyGrid
 from regraft.sim_service.map_server import MapServer
 from regraft.testing import Rig
-from tests.support.worlds import FROG_WORLD
+from tests.support.worlds import FROG_WORLD, WORLD
 
 from .rigs import world_on
 
@@ -27,3 +28,15 @@ def test_map_and_goals_fit_the_world_of_the_same_seed() -> None:
     assert grid.cells[row, column] == 100
     assert 0.6 < math.hypot(goal.x - hydrant.x, goal.y - hydrant.y) < 1.2
     assert abs(math.remainder(math.atan2(hydrant.y - goal.y, hydrant.x - goal.x) - goal.yaw, math.tau)) < 0.1
+
+
+def test_a_world_with_another_physics_step_has_a_map(tmp_path: Path) -> None:
+    for file in WORLD.parent.glob("*.xml"):
+        (tmp_path / file.name).write_text(file.read_text().replace('timestep="0.002"', 'timestep="0.004"'))
+    parameters = {**FROG_WORLD, "file": str(tmp_path / "world.xml")}
+    with Rig(seed=3) as rig:
+        world_on(rig, **parameters, tick_rate=25.0, control_period=0.008)
+        rig.add(MapServer, parameters=parameters)
+        maps = rig.collect("map", OccupancyGrid)
+        rig.advance(2.0)
+    assert len(maps) == 1
