@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 from regraft import Component, Output, Parameter, Records, every
 from regraft.bus_schema.messages.geometry import FramedPose, Pose
 from regraft.bus_schema.messages.maps import Goals, NamedGoal, OccupancyGrid
 from regraft.bus_schema.model.description import Resources
+from regraft.sim_service.devices.core.fitting import fitted
+from regraft.sim_service.devices.lidar import Lidar
 from regraft.sim_service.robots import RobotSpec
 from regraft.sim_service.rooms.loading import load_world
 from regraft.sim_service.simulation import Simulation, SimulationSettings
@@ -36,7 +41,7 @@ class MapServer(Component):
         """Make the map and the goals; raises SceneError, PlacementError, GoalError."""
         if not self.file:
             raise ValueError("the parameter 'file' must name the world's MJCF file")
-        scene = load_world(self.file, self.robots, self.kit.seed)
+        scene = load_world(self.file, _with_lidars(self.robots), self.kit.seed)
         # No time passes here, so that one step fits a world of any periods.
         step = float(scene.model.opt.timestep)
         simulation = Simulation(scene, self.kit.seed, SimulationSettings(step, step))
@@ -53,3 +58,9 @@ class MapServer(Component):
         origin = Pose.planar(*ground.origin, 0.0)
         self.map.publish(OccupancyGrid(now, MAP_FRAME, ground.resolution, origin, ground.occupancy))
         self.goals.publish(Goals(now, self._goals))
+
+
+def _with_lidars(robots: Sequence[RobotSpec]) -> tuple[RobotSpec, ...]:
+    """Return the robots with their lidars alone: of other devices, the world may have values that are unknown here."""
+    lidars = [device for device in fitted(robots) if issubclass(device.cls, Lidar)]
+    return tuple(replace(each, devices=tuple(one.spec for one in lidars if one.robot is each)) for each in robots)

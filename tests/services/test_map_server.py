@@ -6,7 +6,7 @@ from pathlib import Path
 from regraft.bus_schema.messages.maps import Goals, OccupancyGrid
 from regraft.sim_service.map_server import MapServer
 from regraft.testing import Rig
-from tests.support.worlds import FROG_WORLD, WORLD
+from tests.support.worlds import FROG_WORLD, WORLD, robots_as_data
 
 from .rigs import world_on
 
@@ -36,6 +36,18 @@ def test_a_world_with_another_physics_step_has_a_map(tmp_path: Path) -> None:
     parameters = {**FROG_WORLD, "file": str(tmp_path / "world.xml")}
     with Rig(seed=3) as rig:
         world_on(rig, **parameters, tick_rate=25.0, control_period=0.008)
+        rig.add(MapServer, parameters=parameters)
+        maps = rig.collect("map", OccupancyGrid)
+        rig.advance(2.0)
+    assert len(maps) == 1
+
+
+def test_a_map_is_made_without_the_devices_that_only_the_world_has_values_for() -> None:
+    motors = {"name": "motors", "class": "regraft.sim_service.devices.joint_motors:JointMotors"}
+    (robot,) = robots_as_data()
+    parameters = {**FROG_WORLD, "robots": [{**robot, "devices": [motors, *robot["devices"]]}]}
+    with Rig(seed=3) as rig:
+        world_on(rig, **parameters, motors_actuators="left_wheel right_wheel")
         rig.add(MapServer, parameters=parameters)
         maps = rig.collect("map", OccupancyGrid)
         rig.advance(2.0)
