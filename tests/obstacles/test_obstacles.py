@@ -21,6 +21,7 @@ from regraft.sim_service.simulation import Simulation
 from regraft.testing import Rig
 from tests.explorer.rooms import Mapped, Room, frog_room, odometry, room_of
 from tests.explorer.tour import Tour
+from tests.services.rigs import set_parameters
 from tests.support.worlds import frog_scene, truth_of
 
 FROG = "regraft/stacks/frog/world.xml"
@@ -184,6 +185,30 @@ def test_a_successor_keeps_names_and_goals(four: Room4) -> None:
         other.obstacles.restore(state)
         other.place = (1.5, -1.5)
         assert {goal.name: goal.pose for goal in other.show().goals} == before
+
+
+def viewing_distance(room: Room4) -> float:
+    """Publish the map, and return the mean distance (m) from which objects are looked at."""
+    room.show()
+    return room.obstacles.evaluate()["viewing_distance"]
+
+
+def test_another_standoff_holds_for_objects_that_are_known(four: Room4) -> None:
+    before = viewing_distance(four)
+    set_parameters(four.rig, "obstacles", standoff=1.0)
+    after = viewing_distance(four)
+    assert after - before == pytest.approx(1.0 - 0.65, abs=0.12)
+    names = four.named(four.told[-1])
+    assert names == four.named(four.told[0])
+
+
+def test_a_successor_with_another_standoff_looks_from_there(four: Room4) -> None:
+    before = viewing_distance(four)
+    state = four.obstacles.snapshot()
+    with Rig() as rig:
+        other = Room4(rig, standoff=1.0)
+        other.obstacles.restore(state)
+        assert viewing_distance(other) - before == pytest.approx(1.0 - 0.65, abs=0.12)
 
 
 def test_the_estimate_agrees_with_what_is_measured() -> None:

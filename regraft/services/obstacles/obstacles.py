@@ -20,10 +20,11 @@ class Obstacles(Component):
     """Finds objects in the room on the map, and viewing poses in the order of a short tour.
 
     Walls are no objects. An object keeps its name, and its goal where that is still good, from one map to the next.
+    With another ``standoff`` all goals are looked for again.
     """
 
     handler_timeout = 2.0
-    state_version = 1
+    state_version = 2
     checkpoint_every = 5.0
     resources = Resources(cpu=0.02, memory=25.0)
 

@@ -45,10 +45,15 @@ class Survey:
     def __init__(self) -> None:
         self._names = Names()
         self._poses: dict[str, Pose2D] = {}
+        self._standoff: float | None = None
+        """The liked distance (m) that the poses were found for."""
         self._ways: tuple[tuple[Pose2D, ...], FloatArray] = ((), np.zeros((0, 0)))
 
     def look(self, ground: Ground, settings: SurveySettings) -> list[Viewed]:
         """Return the things of a map in the order of a short tour from the robot; those without a pose come last."""
+        if settings.views.standoff != self._standoff:
+            self._poses.clear()
+            self._standoff = settings.views.standoff
         things = find_things(ground, settings.smallest, settings.largest)
         names = self._names.name([thing.centre for thing in things])
         found = [
@@ -60,14 +65,15 @@ class Survey:
         return [in_view[i] for i in order] + [each for each in found if each.pose is None]
 
     def snapshot(self) -> dict[str, Any]:
-        """Return names and poses as plain data."""
+        """Return names and poses, and what distance these are for, as plain data."""
         poses = {name: [pose.x, pose.y, pose.yaw] for name, pose in self._poses.items()}
-        return {"names": self._names.snapshot(), "poses": poses}
+        return {"names": self._names.snapshot(), "poses": poses, "standoff": self._standoff}
 
     def restore(self, state: dict[str, Any]) -> None:
         """Take over the state of a snapshot."""
         self._names.restore(state["names"])
         self._poses = {name: Pose2D(*parts) for name, parts in state["poses"].items()}
+        self._standoff = state["standoff"]
 
     def _pose(self, ground: Ground, name: str, thing: Thing, settings: ViewSettings) -> Pose2D | None:
         before = self._poses.get(name)
