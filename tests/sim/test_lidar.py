@@ -1,11 +1,16 @@
 """Promises about the laser scanner."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from tests.support.worlds import turn_of
+from regraft.sim_service.devices.lidar import Lidar
+from regraft.sim_service.layout.scene import load_scene
+from regraft.sim_service.robots import Place
+from regraft.sim_service.simulation import Simulation
+from tests.support.worlds import WORLD, turn_of, waffle
 
 from .worlds import drive, frog_with_robot_at
 
@@ -53,6 +58,19 @@ def test_noise_has_the_size_it_is_given() -> None:
     with_noise, without = turn_of(noisy).ranges, turn_of(exact).ranges
     measured = np.isfinite(without)
     assert np.std(with_noise[measured] - without[measured]) == pytest.approx(0.01, rel=0.2)
+
+
+def test_each_lidar_at_a_site_has_noise_of_its_own_and_the_first_keeps_its() -> None:
+    alone = waffle(place=Place(-1.2, -1.2))
+    (lidar,) = (spec for spec in alone.devices if spec.name == "scan")
+    both = replace(alone, devices=(*alone.devices, replace(lidar, name="spare")))
+    one, two = (Simulation(load_scene(WORLD, (robot,)), 1) for robot in (alone, both))
+    first, second = (two.robot().device(name, Lidar).turn().ranges for name in ("scan", "spare"))
+    np.testing.assert_array_equal(first, turn_of(one).ranges)
+    measured = np.isfinite(first)
+    np.testing.assert_array_equal(measured, np.isfinite(second))
+    apart = first[measured] - second[measured]
+    assert np.std(apart) == pytest.approx(0.01 * math.sqrt(2.0), rel=0.2)
 
 
 def test_reading_a_scan_changes_nothing() -> None:

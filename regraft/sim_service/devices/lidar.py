@@ -58,6 +58,10 @@ class Lidar(Sensor):
         model = self.kit.model
         self.site_index = self.kit.index("site", self.site)
         self._carrier = int(model.site_bodyid[self.site_index])
+        self._noise_of = f"lidar {self.site}"
+        if any(isinstance(each, Lidar) and each.site == self.site for each in self.kit.siblings.values()):
+            # The first lidar of a site has its noise by the site: recorded runs stay as they are.
+            self._noise_of += f" {self.kit.name}"
         angles = np.arange(self.beams) * (2.0 * math.pi / self.beams)
         self._fan = np.stack([np.cos(angles), np.sin(angles), np.zeros(self.beams)], axis=1)
         self._geoms = np.empty(self.beams, np.int32)
@@ -92,7 +96,7 @@ class Lidar(Sensor):
         measured = (self._distances >= range_min) & (self._distances <= range_max)
         ranges = self._distances.copy()
         if self.noise > 0.0:
-            random = self.kit.random(f"lidar {self.site}", self.kit.progress.steps)
+            random = self.kit.random(self._noise_of, self.kit.progress.steps)
             ranges += self.noise * random.standard_normal(count)
             np.clip(ranges, range_min, range_max, out=ranges)
         ranges[~measured] = np.inf
