@@ -50,7 +50,13 @@ ASSISTED_TELEOP = {
     MotionError.COLLISION_AHEAD: 730,
     MotionError.INVALID_INPUT: 730,
 }
-WAIT_UNKNOWN, WAIT_TIMEOUT = 740, 741
+WAIT = {
+    MotionError.UNKNOWN: 740,
+    MotionError.TIMEOUT: 741,
+    MotionError.NO_POSE: 740,
+    MotionError.COLLISION_AHEAD: 740,
+    MotionError.INVALID_INPUT: 740,
+}
 
 
 @message("regraft/Spin")

@@ -9,6 +9,7 @@ from regraft.bus_schema.messages.nav2.motions import (
     BACK_UP,
     DRIVE_ON_HEADING,
     SPIN,
+    WAIT,
     AssistedTeleop,
     CancelGoals,
     DriveStraight,
@@ -65,7 +66,7 @@ class BehaviourServer(MotionServer):
     @action("wait", feedback=MotionProgress)
     async def wait(self, goal: Wait) -> MotionDone:
         """Stand for a while."""
-        return await self._behave("wait", Stand(*self._base({}, max(abs(goal.time), SHORTEST_WAIT), checks=False)))
+        return await self._behave("wait", Stand(*self._base(WAIT, max(abs(goal.time), SHORTEST_WAIT), checks=False)))
 
     @action("assisted_teleop", feedback=MotionProgress)
     async def assisted_teleop(self, goal: AssistedTeleop) -> MotionDone:

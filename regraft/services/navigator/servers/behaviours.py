@@ -35,6 +35,11 @@ class Behaviour:
     elapsed: float = field(init=False, default=0.0)
     _has_begun: bool = field(init=False, default=False)
 
+    @property
+    def unknown(self) -> int:
+        """The code of an error that has none of its own."""
+        return self.codes[MotionError.UNKNOWN]
+
     def end(self, ended: Ended) -> None:
         """End it, unless it has ended."""
         self.ended = self.ended or ended

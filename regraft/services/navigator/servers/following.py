@@ -59,6 +59,11 @@ class Following:
         x, y, yaw = self.path[-1].tolist()
         return Pose2D(x, y, yaw)
 
+    @property
+    def unknown(self) -> int:
+        """The code of an error that has none of its own."""
+        return FollowError.UNKNOWN
+
     def end(self, ended: Ended) -> None:
         """End it, unless it has ended."""
         self.ended = self.ended or ended

@@ -11,7 +11,7 @@ from regraft.services.navigator.driving.local_controller import Situation
 
 @dataclass(frozen=True, slots=True)
 class Ended:
-    """The end of a motion: without a code it did what it was to do; ``cancelled`` by another than its client."""
+    """The end of a motion, with the code of its error if it has one; ``cancelled`` by another than its client."""
 
     code: int = 0
     why: str = ""
@@ -22,6 +22,11 @@ class Motion(Protocol):
     """Decides at each step of the server what the robot does, until it has `ended`."""
 
     ended: Ended | None
+
+    @property
+    def unknown(self) -> int:
+        """The code of an error that has none of its own."""
+        ...
 
     def step(self, time: float, now: Situation) -> Twist2D:
         """Return the twist to command at ``time`` (s); that of an ended motion counts for nothing."""

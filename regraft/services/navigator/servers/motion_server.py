@@ -86,7 +86,7 @@ class MotionServer(MapUser):
     async def _carry_out(self, action: str, motion: M, progress: Callable[[M], object]) -> Ended:
         """Have the robot move until the motion of an action has ended, and report feedback."""
         if self._motion is not None:
-            self._motion.end(Ended(cancelled=True, why="replaced by another motion"))
+            self._motion.end(Ended(self._motion.unknown, "replaced by another motion", cancelled=True))
         self._motion, self._action = motion, action
         told = self.kit.now()
         try:
