@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -66,7 +67,11 @@ class MapUser(Component):
             self._surroundings.use_map(self.map.latest)
         except BadMap as error:
             self.kit.diagnose("map", Level.ERROR, str(error))
-        self._surroundings.look(self.odometry.latest, self.scan.latest)
+        self._surroundings.look(self.odometry.latest, self.scan.latest, self.kit.now(), self._oldest_scan())
+
+    def _oldest_scan(self) -> float:
+        """Return how old (s) a scan of use may be: of any age, unless the robot drives by it."""
+        return math.inf
 
     async def _get_ready(self) -> None:
         """Wait for the first map and odometry; raises RequestRefused if they do not come."""

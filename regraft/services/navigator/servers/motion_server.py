@@ -72,7 +72,7 @@ class MotionServer(MapUser):
             return
         time, limits, seen = self.kit.now(), self._limits(), self._surroundings
         period = 1.0 / self.controller_frequency
-        fault = seen.fault(time, self.scan_timeout)
+        fault = seen.fault(time)
         if fault:
             motion.blind(time, fault)
             twist = limits.approach(self._told, Twist2D(), period)
@@ -119,6 +119,9 @@ class MotionServer(MapUser):
             return GoalsCancelled(0)
         motion.end(Ended(cancelled=True, why="cancelled on request"))
         return GoalsCancelled(1)
+
+    def _oldest_scan(self) -> float:
+        return self.scan_timeout
 
     def _command(self, twist: Twist2D) -> None:
         self._told, self._moving = twist, True

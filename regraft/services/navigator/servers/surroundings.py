@@ -17,7 +17,7 @@ from regraft.services.navigator.conversions import grid_of, planar_pose, planar_
 from regraft.services.navigator.planning.grid_planner import GridPlanner
 from regraft.services.navigator.planning.terrain import Inflation
 from regraft.services.navigator.sensing.scan import Scan
-from regraft.services.navigator.sensing.senses import LOST_TIMEOUT, SILENT_TIMEOUT, ScanWatch
+from regraft.services.navigator.sensing.senses import LOST_TIMEOUT, ScanWatch
 from regraft.services.navigator.sensing.sight import FORGET_TIMEOUT, Sight
 
 FRAMES = ("map", "odom")
@@ -80,12 +80,9 @@ class Surroundings:
             missing.append("no usable map has come")
         return " and ".join(missing)
 
-    def fault(self, now: float, scan_timeout: float = SILENT_TIMEOUT) -> str:
-        """Return why the robot must not drive at ``now`` (s); a scan older than ``scan_timeout`` (s) is no help."""
-        if now - self.stamp > LOST_TIMEOUT:
-            return "no odometry comes"
-        self._scans.check(now, scan_timeout)
-        return self._scans.text
+    def fault(self, now: float) -> str:
+        """Return why the robot must not drive at ``now`` (s), by what the last `look` has shown."""
+        return "no odometry comes" if now - self.stamp > LOST_TIMEOUT else self._scans.text
 
     def use_map(self, message: maps.OccupancyGrid | None) -> None:
         """Take a map where it is new; raises BadMap once for each that is of no use."""
@@ -101,14 +98,17 @@ class Surroundings:
         self._planner = planner
         self.sight.reconsider(planner)
 
-    def look(self, odometry: sensors.Odometry | None, scan: sensors.LaserScan | None) -> None:
-        """Take in the latest messages of the senses."""
+    def look(
+        self, odometry: sensors.Odometry | None, scan: sensors.LaserScan | None, now: float, scan_timeout: float
+    ) -> None:
+        """Take in what the senses have sent until ``now`` (s); a scan older than ``scan_timeout`` (s) is no help."""
         if odometry is None or self._planner is None:
             return
         self.pose, self.twist, self.stamp = planar_pose(odometry.pose), planar_twist(odometry.twist), odometry.stamp
         seen = self._converted(scan)
         if seen is not None and self._scans.is_new(seen):
             self._scans.look(self.sight.pose, seen, self.pose, self._planner)
+        self._scans.check(now, scan_timeout)
         self.sight.absorb(self.stamp, self.pose, self.twist, None if self._scans.text else seen, self._planner)
 
     def room(self) -> float:
