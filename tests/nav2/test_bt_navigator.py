@@ -10,7 +10,10 @@ from typing import Any
 
 import pytest
 
+from behavior_tree import Blackboard, BlackboardError
 from regraft import CallFailed, RefusalCode
+from regraft.bus_schema.messages.geometry import StampedPose
+from regraft.bus_schema.messages.maps import Goals, NamedGoal
 from regraft.bus_schema.messages.mission import MissionState
 from regraft.bus_schema.messages.nav2.navigate import (
     Navigated,
@@ -106,6 +109,42 @@ def test_a_newer_goal_is_taken_over_by_the_tree_that_runs(
     assert bench.is_at(3.0, 1.4)
 
 
+def updating(tmp_path: Path, ports: str, plan: str) -> str:
+    """Return a tree that puts the goals that its topics bring into the entries that it was given."""
+    planning = f'<RateController hz="2.0"><GoalUpdater {ports}>{plan}</GoalUpdater></RateController>'
+    body = f'<PipelineSequence>{planning}<FollowPath path="{{path}}"/></PipelineSequence>'
+    tree = f'<root BTCPP_format="4"><BehaviorTree ID="Updating">{body}</BehaviorTree></root>'
+    (tmp_path / "trees" / "updating.xml").write_text(tree)
+    return "updating.xml"
+
+
+def test_a_newer_goal_is_taken_over_also_where_an_update_has_changed_the_entrys_type(
+    bench: Bench, tmp_path: Path
+) -> None:
+    plan = '<ComputePathToPose goal="{goal}" path="{path}"/>'
+    tree = updating(tmp_path, 'input_goal="{goal}" output_goal="{goal}"', plan)
+    bench.ask("navigate_to_pose", NavigateToPose(framed(3.4, 2.0), tree), Navigated)
+    bench.run(2.0)
+    bench.rig.publish("goal_update", StampedPose(1.0, "map", framed(3.4, 2.6).pose))
+    bench.run(2.0)
+    assert bench.do("navigate_to_pose", NavigateToPose(framed(3.0, 1.4), tree), Navigated) == Navigated()
+    assert bench.is_at(3.4, 2.6), "the update holds: it has a stamp, and the goal has none"
+
+
+def test_goals_that_an_update_has_replaced_are_driven_through_with_feedback(bench: Bench, tmp_path: Path) -> None:
+    plan = '<ComputePathThroughPoses goals="{goals}" path="{path}"/>'
+    tree = updating(tmp_path, 'input_goals="{goals}" output_goals="{goals}"', plan)
+    through = NavigateThroughPoses((framed(1.4, 3.0), framed(3.4, 2.0)), tree)
+    goal = bench.ask("navigate_through_poses", through, Navigated, NavigationFeedback)
+    bench.run(1.0)
+    bench.rig.publish("goals_update", Goals(1.0, (NamedGoal("", framed(3.4, 2.6)),)))
+    bench.run(2.0)
+    assert goal.feedback is not None
+    assert goal.feedback.poses_remaining == 1
+    assert bench.finish(goal).error_code == 0
+    assert bench.is_at(3.4, 2.6)
+
+
 @pytest.mark.parametrize(
     ("action", "goal", "result"),
     [
@@ -145,9 +184,29 @@ def test_an_unforeseen_error_stops_the_robot(bench: Bench, tmp_path: Path) -> No
     (tmp_path / "trees" / "odd.xml").write_text(tree)
     goal = bench.ask("navigate_to_pose", NavigateToPose(framed(3.4, 2.0), behavior_tree="odd.xml"), Navigated)
     bench.run(3.0)
-    assert "has no len" in str(goal.error)
+    assert "is no list of goals" in str(goal.error)
     assert bench.stage.robot.twist.v == 0.0
-    assert "has no len" in bench.rig.take_faults()[0]
+    assert "is no list of goals" in bench.rig.take_faults()[0]
+
+
+def test_a_newer_goal_that_fails_to_take_the_tree_over_stops_the_robot(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = bench.ask("navigate_to_pose", NavigateToPose(framed(3.4, 2.0)), Navigated)
+    bench.run(3.0)
+    assert bench.stage.robot.twist.v > 0.0
+
+    def refuse(board: Blackboard, key: str, value: object, kind: object = None) -> None:
+        raise BlackboardError(f"'{key}' cannot be written")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Blackboard, "set", refuse)
+        second = bench.ask("navigate_to_pose", NavigateToPose(framed(3.0, 1.4)), Navigated)
+        assert bench.run_until(lambda: first.done and second.done, 1.0)
+    assert "cannot be written" in str(second.error)
+    bench.run(1.0)
+    assert bench.stage.robot.twist.v == 0.0
+    assert len(bench.rig.take_faults()) == 1
 
 
 @pytest.fixture

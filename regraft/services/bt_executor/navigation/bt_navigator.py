@@ -25,6 +25,7 @@ from regraft.bus_schema.messages.reflection import ReflectedEntries
 from regraft.bus_schema.model.description import Resources
 from regraft.services.bt_executor.blackboard_feed import BlackboardFeed, Reflected
 from regraft.services.bt_executor.leaves.context import LeafContext
+from regraft.services.bt_executor.leaves.nav2.poses import goals_of
 from regraft.services.bt_executor.leaves.nav2.recoveries import ENTRY
 from regraft.services.bt_executor.navigation.navigation_inputs import NAVIGATION, NavigationInputs
 from regraft.services.bt_executor.node_types import node_types
@@ -183,10 +184,11 @@ class BtNavigator(NavigationInputs):
 
     def _drive(self, file: Path, entries: Entries) -> _Drive:
         """Return the tree with the entries: that of the goal before, or another one. Raises Unloadable."""
-        left, self._left = self._left, None
+        left = self._left
         if left is not None and left.file == file:
             drive = replace(left, first=None)
         else:
+            self._left = None
             if left is not None:
                 self._halt(left)
             board = Blackboard(clock=self.kit)
@@ -196,7 +198,9 @@ class BtNavigator(NavigationInputs):
             drive = _Drive(file, Source(str(file)).load(self._registry, board), self.kit.now())
             board.set(ENTRY, 0)
         for key, value in entries.items():
-            drive.tree.blackboard.set(key, value)
+            _write(drive.tree.blackboard, key, value)
+        # Not before it is whole: a tree that nobody has taken over is soon halted.
+        self._left = None
         return drive
 
     async def _run(self, drive: _Drive, tell: Tell) -> Status:
@@ -249,7 +253,7 @@ def _feedback(drive: _Drive, now: float) -> NavigationFeedback:
     board = drive.tree.blackboard
     tracking = _value(board, "tracking_feedback")
     left = getattr(tracking, "remaining_path_length", 0.0)
-    goals = _value(board, "goals") or ()
+    goals = goals_of(_value(board, "goals"))
     return NavigationFeedback(_value(board, "robot_pose"), now - drive.started, left, _value(board, ENTRY), len(goals))
 
 
@@ -283,6 +287,14 @@ def _result(board: Blackboard, status: Status, offset: int) -> Navigated:
 
 def _done(state: WaypointState) -> WaypointState:
     return WaypointState.COMPLETED if state is WaypointState.PENDING else state
+
+
+def _write(board: Blackboard, key: str, value: Any) -> None:
+    """Write an entry, to which a tree may have given another type, as GoalUpdater does."""
+    entry = board.find(key)
+    if entry is not None and entry.value is not None and not isinstance(value, type(entry.value)):
+        entry.type = None
+    board.set(key, value)
 
 
 def _value(board: Blackboard, key: str) -> Any:
