@@ -62,6 +62,15 @@ def test_a_mission_does_not_take_a_replaced_path_for_one_that_was_followed(bench
     assert bench.value("code") == FollowError.UNKNOWN
 
 
+def test_a_path_that_was_given_up_fails_also_where_another_one_has_come_meanwhile(bench: Bench) -> None:
+    cut = '<TruncatePathLocal input_path="{path}" output_path="{cut}" pose="0.6;2;0" distance_forward="{reach}"/>'
+    other = f'<Script code="reach := 4.0 - reach"/>{cut}<FollowPath path="{{cut}}" error_code_id="{{code}}"/>'
+    bench.stage.motors = False
+    bench.mission(tree('<Script code="reach := 1.5"/>', PLAN, f"<ReactiveSequence>{other}</ReactiveSequence>"))
+    assert bench.ended(15.0) is MissionState.FAILED
+    assert bench.value("code") == FollowError.FAILED_TO_MAKE_PROGRESS
+
+
 def test_a_replaced_drive_is_not_an_arrival(bench: Bench) -> None:
     add(bench.rig, BtNavigator, "bt_navigator", to_pose_tree=str(TREES / "navigate_w_replanning_time.xml"))
     goal = bench.ask("navigate_to", NavigateTo(framed(3.4, 2.0)), Arrival)

@@ -36,14 +36,13 @@ class FollowPathLeaf(ServerAction):
         return self.give(self._given, PathFollowed, TrackingFeedback)
 
     def on_running(self) -> Status:
-        """Replace the goal where path or choices have changed, and look whether it has ended."""
-        wanted = self._wanted()
-        if len(wanted.path.poses) and wanted != self._given:
-            if self._asked is not None:
-                self._asked.forget()
-            self._asked, self._feedback = self.ask(), None
-            return RUNNING
-        return super().on_running()
+        """Look whether the goal has ended; replace it where path or choices have changed meanwhile."""
+        asked, wanted = self._asked, self._wanted()
+        if asked is None or asked.done or not len(wanted.path.poses) or wanted == self._given:
+            return super().on_running()
+        asked.forget()
+        self._asked, self._feedback = self.ask(), None
+        return RUNNING
 
     def progress(self, feedback: TrackingFeedback) -> None:
         """Write how well the path is followed."""
