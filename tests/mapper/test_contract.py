@@ -177,6 +177,31 @@ def test_any_mapper_goes_on_from_the_state_of_another(ride: Ride, successor: typ
     assert np.mean((after.cells >= 65) != (known.cells >= 65)) < 0.005
 
 
+def test_a_state_with_a_larger_map_than_allowed_is_refused_and_changes_nothing(ride: Ride) -> None:
+    ride.go(2.0)
+    state = ride.remove()
+    follower = Ride(ride.rig, ride.cls, {"size": 2.0, "largest": 6.0}, ticks=ride.ticks)
+    follower.go(0.2)
+    before = follower.mapper.snapshot()
+    with pytest.raises(ValueError, match="must be at most 6 m"):
+        follower.mapper.restore(state)
+    assert follower.mapper.snapshot() == before
+    follower.go(1.0)
+    assert max(follower.maps[-1].cells.shape) <= 120
+
+
+def test_a_map_as_large_as_allowed_is_continued_also_where_its_side_is_no_whole_number_of_cells(ride: Ride) -> None:
+    sides: dict[str, object] = {"size": 2.02, "largest": 2.02}
+    ride.remove()
+    first = Ride(ride.rig, ride.cls, sides)
+    first.go(2.0)
+    state = first.remove()
+    follower = Ride(ride.rig, ride.cls, sides, ticks=first.ticks)
+    follower.mapper.restore(state)
+    follower.go(1.0)
+    assert follower.maps[-1].cells.shape == first.maps[-1].cells.shape
+
+
 def test_a_state_is_compact(ride: Ride) -> None:
     ride.go(12.0)
     grid = ride.mapper.snapshot()["grid"]

@@ -185,5 +185,5 @@ class MappingComponent(Component):
         return self.mapping.snapshot()
 
     def restore(self, state: PlainValue) -> None:
-        """Continue from another mapper's state; raises ValueError if its cells have another size."""
+        """Continue from another mapper's state; raises ValueError if its cells or its map do not fit."""
         self.mapping.restore(state)

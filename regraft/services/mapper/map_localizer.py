@@ -230,7 +230,7 @@ class MapLocalizer(Component):
         return self.mapping.snapshot()
 
     def restore(self, state: PlainValue) -> None:
-        """Continue from the state of a localizer or mapper; raises ValueError if its cells have another size."""
+        """Continue from the state of a localizer or mapper; raises ValueError as theirs do."""
         self.mapping.restore(state)
 
 

@@ -249,7 +249,7 @@ class Mapping:
         """Continue from a snapshot of any mapping with cells of the same size.
 
         Raises:
-            ValueError: the cells are of another size.
+            ValueError: the cells are of another size, or the map is larger than it may become. Nothing has changed.
         """
         if state["grid"] is not None:
             grid = Grid(self._settings.resolution, (0.0, 0.0), self._settings.resolution, self._settings.largest)

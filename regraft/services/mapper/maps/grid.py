@@ -90,14 +90,15 @@ class Grid:
     """
 
     def __init__(self, resolution: float, centre: tuple[float, float], size: float, largest: float) -> None:
-        """Lay an unknown square of ``size`` m around a place; it never becomes wider than ``largest`` m."""
+        """Lay an unknown square of ``size`` m around a place. It becomes ``largest`` m wide at most, in whole cells."""
         self.resolution = resolution
         count = max(1, math.ceil(min(size, largest) / resolution))
         self.cells: Cells = np.zeros((count, count), np.int8)
         self.echoes: Echoes = np.zeros((count, count, 3), np.uint16)
         self.x = (round(centre[0] / resolution) - count // 2) * resolution
         self.y = (round(centre[1] / resolution) - count // 2) * resolution
-        self._most = max(count, math.floor(largest / resolution))
+        # Rounded as the first square, which may be as large.
+        self._most = max(1, math.ceil(largest / resolution))
 
     @property
     def known_area(self) -> float:
@@ -154,10 +155,7 @@ class Grid:
         Raises:
             ValueError: it is wider than the grid may become.
         """
-        if max(per_cent.shape) > self._most:
-            widest = self._most * self.resolution
-            size = " x ".join(f"{count * self.resolution:g} m" for count in reversed(per_cent.shape))
-            raise ValueError(f"the map is {size} large, must be at most {widest:g} m wide and high")
+        self._check_size(*per_cent.shape)
         share = np.clip(per_cent.astype(np.float64) / 100.0, 0.03, 0.97)
         steps = np.round(np.log(share / (1.0 - share)) / UNIT).clip(-SUREST, SUREST).astype(np.int8)
         steps[steps == UNKNOWN] = -1
@@ -168,6 +166,12 @@ class Grid:
         free = (steps < OCCUPIED) & (steps != UNKNOWN)
         visible = (steps >= OCCUPIED) & binary_dilation(free, np.ones((3, 3), bool))
         self.echoes = np.where(visible[..., None], middle, np.uint16(0))
+
+    def _check_size(self, rows: int, columns: int) -> None:
+        if max(rows, columns) > self._most:
+            widest = self._most * self.resolution
+            size = f"{columns * self.resolution:g} m x {rows * self.resolution:g} m"
+            raise ValueError(f"the map is {size} large, must be at most {widest:g} m wide and high")
 
     def snapshot(self) -> PlainValue:
         """Return the grid as plain data, compressed."""
@@ -184,11 +188,12 @@ class Grid:
         """Become what a snapshot holds.
 
         Raises:
-            ValueError: its cells are of another size or number than stated.
+            ValueError: its cells are of another size or number than stated, or it is wider than the grid may become.
         """
         if not math.isclose(state["resolution"], self.resolution):
             raise ValueError(f"the state has cells of {state['resolution']} m, must be {self.resolution} m")
         rows, columns = state["shape"]
+        self._check_size(rows, columns)
         cells = np.frombuffer(zlib.decompress(state["cells"]), np.int8)
         echoed = np.unpackbits(np.frombuffer(zlib.decompress(state["echoed"]), np.uint8), count=rows * columns)
         echoes = np.frombuffer(zlib.decompress(state["echoes"]), "<u2").reshape(-1, 3)
