@@ -9,9 +9,12 @@ from hypothesis import strategies as st
 
 from regraft.planar import FloatArray, Pose2D, Twist2D
 from regraft.services.navigator.driving.local_controller import Manoeuvres, Situation
+from regraft.services.navigator.driving.pursuit import PursuitController
 from regraft.services.navigator.driving.robot import Footprint, Limits
 from regraft.services.navigator.driving.rollout_controller import RolloutController
 from regraft.services.navigator.driving.rollouts import candidates, forecast
+from regraft.services.navigator.sensing.scan import thin
+from regraft.services.navigator.sensing.sight import THINNED
 
 from .world import Box, Robot
 
@@ -144,6 +147,29 @@ def test_post_close_beside_the_path_is_passed_without_touching_it() -> None:
         robot.drive(decision.twist.v, decision.twist.w)
     assert robot.pose.x > 1.8
     assert robot.collisions == []
+
+
+LONG = Footprint(1.0, 0.2, 0.3)
+CORRIDOR = [Box(1.0, 0.65, 8.0, 0.1), Box(1.0, -0.65, 8.0, 0.1)]
+"""Of its walls, more than a hundred echoes are nearer to the axle than the bumper of the long robot."""
+
+
+@pytest.mark.parametrize("kind", [RolloutController, PursuitController])
+@pytest.mark.parametrize("limits", [Limits(), Limits(0.8, 1.0, 0.5, 3.0, 1.0)], ids=["usual", "fast"])
+def test_long_robot_in_a_corridor_stops_before_what_is_ahead(
+    kind: type[RolloutController] | type[PursuitController], limits: Limits
+) -> None:
+    controller = kind(Manoeuvres(LONG))
+    robot = Robot(ORIGIN, [*CORRIDOR, Box(3.5, 0.0, 0.2, 0.8)], outline=LONG, limits=limits)
+    path = np.column_stack([np.linspace(0.0, 5.0, 101), np.zeros(101)])
+    for _ in range(400):
+        seen = thin(robot.pose.outward(robot.scan().points()), robot.pose, THINNED)
+        twist = controller.follow(Situation(robot.pose, robot.twist, seen, limits), path).twist
+        robot.drive(twist.v, twist.w)
+    assert robot.collisions == []
+    assert robot.fastest > 0.9 * limits.max_velocity
+    assert robot.pose.x > 1.5
+    assert robot.twist.v == 0.0
 
 
 def test_backing_up_needs_a_free_rear() -> None:

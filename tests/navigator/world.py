@@ -104,6 +104,7 @@ class Robot:
     time: float = 0.0
     twist: Twist2D = field(default_factory=Twist2D)
     outline: Footprint = field(default_factory=Footprint)
+    limits: Limits = field(default_factory=lambda: replace(Limits(), max_velocity=1.0, max_turn_rate=9.0))
     fastest: float = 0.0
     collisions: list[tuple[Pose2D, Box]] = field(default_factory=list)
     _scan: Scan | None = None
@@ -121,7 +122,7 @@ class Robot:
 
     def drive(self, v: float, w: float, period: float = 0.05) -> None:
         """Move for a period under a command, as the wheels can, and note what is touched."""
-        self.twist = replace(Limits(), max_velocity=1.0, max_turn_rate=9.0).saturate(Twist2D(v, w))
+        self.twist = self.limits.saturate(Twist2D(v, w))
         self.fastest = max(self.fastest, abs(self.twist.v))
         middle = self.pose.yaw + self.twist.w * period / 2
         self.pose = Pose2D(

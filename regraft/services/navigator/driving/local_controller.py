@@ -9,6 +9,7 @@ import numpy as np
 from regraft.planar import FloatArray, Pose2D, Twist2D, wrap_angle
 from regraft.services.navigator.driving.robot import Footprint, Limits
 from regraft.services.navigator.driving.rollouts import Rollouts, forecast, in_place, nearby
+from regraft.services.navigator.normalized_qualities import stopping_distance
 
 # Turn in place first when the way lies further aside than TURN_FROM, until it does by less than TURN_UNTIL.
 TURN_FROM = 0.785
@@ -132,8 +133,10 @@ class Manoeuvres:
 
     def near(self, now: Situation, travel: float) -> FloatArray:
         """Return, in the base frame, the obstacles (N, 2) that matter for a way of `travel` (m)."""
-        reach = self.footprint.circumradius + self.margin + travel
-        return nearby(now.pose.inward(now.obstacles), reach)
+        around = self.footprint.circumradius + self.margin
+        fastest = max(now.limits.max_velocity, abs(now.twist.v))
+        critical = around + stopping_distance(fastest, now.limits.acceleration)
+        return nearby(now.pose.inward(now.obstacles), around + travel, critical)
 
     def gap(self, points: FloatArray) -> float:
         """Return how far (m) the outline is from the nearest of some points (N, 2) in the base frame."""

@@ -15,7 +15,7 @@ from regraft.services.navigator.driving.robot import Footprint, Limits
 SPEEDS = (1.0, 0.75, 0.5, 0.25, 0.1)
 CURVES = tuple(float(np.sign(share) * share**2) for share in np.linspace(-1.0, 1.0, 19))
 TURNS = (-0.6, -0.3, 0.3, 0.6)
-# More echoes than this are close by only in very tight places, where the nearest ones decide.
+# Of more echoes the nearest ones decide, and those that the robot may hit before it stops. So many are rare.
 MAX_POINTS = 80
 
 
@@ -103,12 +103,15 @@ def in_place(angles: FloatArray) -> Rollouts:
     return Rollouts(np.zeros(1), np.zeros(1), still, still, angles[None, :])
 
 
-def nearby(points: FloatArray, reach: float) -> FloatArray:
-    """Return those of (N, 2) base-frame points within `reach` (m), the nearest if there are many."""
+def nearby(points: FloatArray, reach: float, critical: float) -> FloatArray:
+    """Return those of (N, 2) base-frame points within `reach` (m).
+
+    If there are many, they are the nearest ones, and none within `critical` (m) is left out.
+    """
     distance = np.hypot(points[:, 0], points[:, 1])
     close = distance <= reach
     if np.count_nonzero(close) > MAX_POINTS:
-        close &= distance <= np.partition(distance, MAX_POINTS - 1)[MAX_POINTS - 1]
+        close &= distance <= max(float(np.partition(distance, MAX_POINTS - 1)[MAX_POINTS - 1]), critical)
     near: FloatArray = points[close]
     return near
 
