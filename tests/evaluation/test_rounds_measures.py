@@ -163,7 +163,9 @@ def test_a_disturbance_is_answered_when_the_change_is_in_effect_and_not_when_it_
     assert to_nearness(rows({}, near, near, slow, {}, near, {})) == Reactions(2, (2.0,))
     dark = {"darkness": 0.8}
     assert to_darkness(rows({}, dark, {**dark, "pictures_asked": 3.0})) == Reactions(1, (1.0,))
-    assert to_darkness(rows({}, {**dark, "image_topic": "corner_camera/image"})) == Reactions(0, ())
+    corner = {"image_topic": "corner_camera/image"}
+    assert to_darkness(rows({}, {**dark, **corner})) == Reactions(1, (0.0,)), "answered within the second"
+    assert to_darkness(rows(corner, {**dark, **corner})) == Reactions(0, ()), "no need"
 
 
 @given(st.integers(0, 10_000))
