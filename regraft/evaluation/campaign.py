@@ -169,7 +169,7 @@ class Campaign:
         if finished > self.wanted.runs:
             raise BadCampaign(f"{self.folder} has finished runs up to {finished:03}: give --runs {finished}")
         if not report_only:
-            self._check_same(plans)
+            self._check_same(self._reported())
         self._total = len(plans)
         self._todo = [plan for plan in plans if not self.home(plan).is_dir()]
         try:
@@ -270,7 +270,7 @@ class Campaign:
 
     def _check_unchanged(self, process: RunProcess, renderer: str) -> None:
         how = process.made_of.differences(process.plan.fingerprint())
-        kept = next((self.home(plan) for plan in self.wanted.plans() if self.home(plan).is_dir()), None)
+        kept = next((self.home(plan) for plan in self._reported() if self.home(plan).is_dir()), None)
         before = renderer if kept is None else renderer_of(kept)  # all that are kept have one
         if before != renderer:
             how.append(f"another renderer ({before} in other runs, {renderer} in this one)")
@@ -323,11 +323,18 @@ class Campaign:
         return Progress(done, self._failed, total, names, left)
 
     def _reported(self) -> list[Plan]:
-        """Return the runs that are wanted, and those that other configurations have finished here."""
+        """Return the runs that are wanted, and those of other configurations that have ended here."""
         names = {each.name for each in self.wanted.configurations}
         every = self.wanted.study.configurations[self.wanted.definitions]
         others = replace(self.wanted, configurations=tuple(each for each in every if each.name not in names))
-        return [*self.wanted.plans(), *(plan for plan in others.plans() if self.home(plan).is_dir())]
+        return [*self.wanted.plans(), *(plan for plan in others.plans() if self._has_ended(plan))]
+
+    def _has_ended(self, plan: Plan) -> bool:
+        return self.home(plan).is_dir() or self._why(plan).is_file()
+
+    def _why(self, plan: Plan) -> Path:
+        """Return the file that states why a run has failed, if it has."""
+        return self.folder / FAILED / plan.name / WHY
 
     def results(self, command: str = "") -> Results:
         """Return what there is: all finished runs that are wanted, and why the others failed; raises BadRun."""
@@ -335,7 +342,7 @@ class Campaign:
         failures: list[Failure] = []
         plans = self._reported()
         for plan in plans:
-            why = self.folder / FAILED / plan.name / WHY
+            why = self._why(plan)
             if self.home(plan).is_dir():
                 runs.append(read_run(self.home(plan), plan.configuration))
             elif why.is_file():

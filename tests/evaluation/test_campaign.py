@@ -159,6 +159,8 @@ def test_runs_of_other_code_or_stacks_are_not_mixed_with(copied: Path, part: str
     assert code == 2
     assert f"was made with other {part} (hash 000000000000 then" in said
     assert "name another --out" in said
+    code, _ = run(copied, "--resume", "--configurations", "fast")
+    assert code == 2, "nor are those of another configuration"
 
 
 def test_a_mere_report_states_of_which_code_its_runs_are(whole: Path, copied: Path) -> None:
@@ -181,6 +183,16 @@ def test_what_is_finished_is_reported_whatever_is_asked_for(whole: Path, copied:
     assert "has finished runs up to 002: give --runs 2" in said
     assert run(copied, "--resume", "--configurations", "fast")[0] == 0
     assert (copied / "results.csv").read_text().count("\n") == (whole / "results.csv").read_text().count("\n")
+
+
+def test_a_failed_run_is_reported_whatever_is_asked_for(copied: Path) -> None:
+    failed = copied / "failed" / "slow" / "002"
+    shutil.rmtree(copied / "runs" / "slow" / "002")
+    failed.mkdir(parents=True)
+    (failed / "why.txt").write_text("exit code 2: it is broken\n")
+    code, _ = run(copied, "--report-only", "--configurations", "fast")
+    assert code == 1
+    assert "- slow, seed 2: exit code 2: it is broken" in (copied / "report.md").read_text()
 
 
 def test_a_folder_has_one_campaign_at_a_time(copied: Path) -> None:

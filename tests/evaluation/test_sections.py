@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from regraft.evaluation.reports.sections import Arms, Claim, comparisons_table
+from dataclasses import replace
+
+from regraft.evaluation.reports.sections import Arms, Claim, comparisons_table, costs_line
 from regraft.evaluation.rows import Rows
-from regraft.evaluation.study import Configuration, RunRecord, Timing
+from regraft.evaluation.study import Configuration, Results, RunRecord, Timing
 
 
 def _runs(key: str, values: dict[int, float]) -> list[RunRecord]:
@@ -30,3 +32,10 @@ def test_fewer_than_ten_runs_are_not_compared() -> None:
     claim = Claim("value", "good", "bad")
     text = comparisons_table(arms, [claim], {"value": lambda rows: rows.number("value")[0]}, 0.05)
     assert text == "No two configurations have 10 runs each: nothing is compared.\n"
+
+
+def test_the_speed_of_runs_is_that_of_the_time_which_passed_in_them() -> None:
+    (whole,) = _runs("one", {1: 1.0})
+    ended = replace(whole, closing={"simulated_s": 5.0}, timing=Timing(1.0, 5.0))
+    line = costs_line(Results("", [ended], [], 1, ""))
+    assert "runs went 1.0 times as fast as real time" in line

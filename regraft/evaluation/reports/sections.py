@@ -162,10 +162,15 @@ def _applied(run: RunRecord) -> float:
     return float(sum(report.outcome is Outcome.APPLIED for report in run.adaptations))
 
 
+def _simulated(run: RunRecord) -> float:
+    """Return how long (s) a run lasted: a recorder may have ended it before its length."""
+    return float(run.closing.get("simulated_s") or run.seconds)
+
+
 def costs_line(results: Results) -> str:
     """Return what the runs cost on the wall clock."""
     startup = summary([run.timing.startup for run in results.runs])
-    factor = summary([run.seconds / run.timing.running for run in results.runs if run.timing.running > 0.0])
+    factor = summary([_simulated(run) / run.timing.running for run in results.runs if run.timing.running > 0.0])
     slowest = max((run.timing.startup for run in results.runs), default=math.nan)
     return (
         f"Start-up took {number(startup.mean, 2)} s on average, {number(slowest, 2)} s at the most; "

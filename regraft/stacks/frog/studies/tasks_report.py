@@ -18,6 +18,7 @@ from regraft.stacks.frog.studies.exploring_measures import (
     Violation,
     finished_at,
     is_kept,
+    lowest_charge,
     satisfied_share,
     violations,
 )
@@ -71,7 +72,7 @@ def _row(run: RunRecord) -> list[str]:
         str(len(found)),
         f"{sum(violation.is_answered for violation in found)} of {len(found)}",
         "; ".join(_times(violation) for violation in found) or UNKNOWN,
-        f"{min((violation.lowest for violation in found), default=1.0):.0%}",
+        f"{lowest_charge(run.rows):.0%}",
         f"{satisfied_share(run.rows):.0%}",
         f"{over:.0f} s" if np.isfinite(over) else "not yet",
     ]
