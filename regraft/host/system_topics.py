@@ -108,8 +108,8 @@ class HostSystemTopics:
             try:
                 writer = self._writers.open(self._keys.topic(topic), encoding)
                 writer.put(codec.encode(self._view.message(topic, self._now)))
-            except BusError as error:
-                self._log.warning("%s", error)
+            except (BusError, SchemaError) as error:
+                self._log.warning("%s: %s", topic, error)
 
     def close(self) -> None:
         """Stop listening and publishing."""
@@ -148,6 +148,7 @@ class HostSystemTopics:
             self._view.changed |= self._readers.get(status.component, set())  # it reads from now on
 
     def _take_event(self, sample: Sample) -> None:
+        """Take an event; raises SchemaError where its details make no fault."""
         event = codec.decode(sample.payload, Event)
         name = event.subject
         if event.kind == HUNG:
@@ -163,7 +164,9 @@ class HostSystemTopics:
             known = self._view.states.get(name)
             code = str(event.details.get("code", ""))
             incarnation = _incarnation(event, known)
-            self._view.take_fault(SystemFault(event.stamp, name, incarnation, kind, event.text, code))
+            fault = SystemFault(event.stamp, name, incarnation, kind, event.text, code)
+            codec.encode(fault)  # raises BadMessage: the details of an event may be anything
+            self._view.take_fault(fault)
             if known is not None and kind in ENDS and known.incarnation > incarnation:
                 self._view.take_state(known, self._now)  # its next run is here already
 

@@ -109,6 +109,16 @@ def test_every_run_that_reads_gets_the_present_state_once_it_is_active(heard: He
     assert heard.said == []
 
 
+@pytest.mark.parametrize("number", [0, -7, False])
+def test_an_event_whose_details_make_no_fault_is_left_out_and_harms_nobody(heard: Heard, number: int) -> None:
+    heard.status("reader", 1)
+    heard.event("component.restarted", {"incarnation": number})
+    heard.event("component.failed", {"code": 100_000 * "x"})
+    assert heard.last(SystemFaults).present == ()
+    heard.event(*DIED)
+    assert [fault.component for fault in heard.last(SystemFaults).present] == ["laser"]
+
+
 @pytest.mark.parametrize("state", [HostState.LOST, HostState.LEFT])
 def test_components_have_no_run_once_their_host_is_gone_until_their_next_run(heard: Heard, state: HostState) -> None:
     heard.status("laser", 1)
