@@ -23,7 +23,7 @@ from regraft.host.zygote import frames
 from regraft.host.zygote.describe_process import be_describer
 from regraft.host.zygote.estimate_process import be_estimator
 from regraft.patience import Patience
-from regraft.process import forked
+from regraft.process import forked, printed
 from regraft.process.abort import abort
 from regraft.process.descendants import END_TIMEOUT, LOOK_INTERVAL, adopt_orphans, end_descendants, end_run
 from regraft.process.main import EXIT_FAULT
@@ -94,6 +94,7 @@ def start_zygote() -> Zygote:
     """Fork the zygote. Call it with one thread running and no session open."""
     ours, theirs = socket.socketpair()
     parent = os.getpid()
+    printed.write_out()
     pid = os.fork()
     if pid:
         theirs.close()
@@ -153,8 +154,7 @@ def _obey(order: dict[str, Any], line: socket.socket, alive: dict[int, tuple[str
     assignment = order["assignment"]
     name, incarnation = assignment["name"], assignment["incarnation"]
     zygote = os.getpid()
-    sys.stdout.flush()
-    sys.stderr.flush()
+    printed.write_or_drop()
     # A child may be asked to end before it hears signals: an ignored one would be lost, a blocked one waits.
     signal.pthread_sigmask(signal.SIG_BLOCK, ENDING)
     try:

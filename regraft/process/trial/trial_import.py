@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from regraft.patience import Patience
+from regraft.process import printed
 from regraft.process.descendants import LOOK_INTERVAL, kill, nothing_left_behind
 from regraft.process.main import NoSuchClass, how_it_ended
 from regraft.process.modules import CannotImport
@@ -101,8 +102,7 @@ def _end_in_words(module: str, notes: Notes, code: int | None) -> str:
 def _try(modules: Sequence[str], notes: Notes, notice: Notice) -> int | None:
     """Return the exit code of a process that imports modules up to the first problem; None if it took too long."""
     with _interruptible(), nothing_left_behind():
-        sys.stdout.flush()
-        sys.stderr.flush()
+        printed.write_out()
         parent = os.getpid()
         signal.pthread_sigmask(signal.SIG_BLOCK, ASKING)  # none may raise in the child before it ends by itself
         pid = -1

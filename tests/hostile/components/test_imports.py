@@ -83,6 +83,7 @@ def command(
 ) -> subprocess.CompletedProcess[str]:
     """Run a command in a folder to its end."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    environment.pop("PYTHONUNBUFFERED", None)  # what is printed is kept for a while, as it is for users
     return run(*words, cwd=folder, environment=environment, program=(sys.executable, *program))
 
 
@@ -176,6 +177,20 @@ if os.fork() == 0:
     done = command(folder, "up", ".", "--headless", "--for", "0.1")
     assert done.returncode == 0, done
     assert done.stdout.count("hello") == 1
+
+
+@pytest.mark.parametrize("redirected", [">&-", ">/dev/full"])
+def test_a_module_that_prints_harms_no_system_whose_output_cannot_be_written(
+    part: Callable[[str], Path], redirected: str
+) -> None:
+    folder = part("print('hello')")
+    up = f"unset PYTHONUNBUFFERED; exec {sys.executable} -m regraft.cli up . --headless --for 0.5 {redirected}"
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        ["sh", "-c", up], cwd=folder, env=environment, capture_output=True, text=True, timeout=PATIENCE, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "the system runs on, unseen" in done.stderr
 
 
 @pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
