@@ -62,7 +62,9 @@ BY_BODY_TEXT: Final = (
 
 STRUCTURE = (Add, Remove, Swap, Move)
 MISSION_COMMAND: Final = "mission/command"
-MISSION_PARAMETERS: Final = frozenset({"mission", "main"})
+NAVIGATE: Final = "navigate_to_pose"
+TREE_PARAMETERS: Final = {MISSION_COMMAND: frozenset({"mission", "main"}), NAVIGATE: frozenset({"behavior_tree"})}
+"""The parameters that choose the tree by which a robot acts, by a service of the components that have them."""
 
 
 def require_for(changes: Iterable[Any], caller: Caller, architecture: Callable[[], Architecture]) -> None:
@@ -92,12 +94,13 @@ def _require_for_parameters(change: SetParameters, caller: Caller, spec: Compone
 
 
 def configures(spec: ComponentSpec, parameter: str) -> bool:
-    """Return whether a parameter is a planner's, names a file, or chooses the mission; true if that is not known."""
+    """Return whether a parameter is a planner's, names a file, or chooses a tree; true if that is not known."""
     if spec.description is None:
         return True
     services = offered_services(spec)
     if any(planner_of(service) is not None for service in services.values()):
         return True
-    if MISSION_COMMAND in (*services, *services.values()) and parameter in MISSION_PARAMETERS:
+    offered = {*services, *services.values()}
+    if any(parameter in TREE_PARAMETERS[service] for service in offered & TREE_PARAMETERS.keys()):
         return True
     return any(known.name == parameter and known.unit == "path" for known in spec.description.parameters)

@@ -11,6 +11,7 @@ from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, T
 from regraft.component.component import class_path, describe
 from regraft.dashboard_api.http.roles import configures
 from regraft.services.bt_executor.executor import Executor
+from regraft.services.bt_executor.navigation.bt_navigator import BtNavigator
 from regraft.stack.sections.components import services
 from tests.gateway.conftest import client, start_gateway
 from tests.gateway.http.contract import contract
@@ -100,6 +101,12 @@ def test_each_mission_is_followed_by_its_robot(http: httpx.Client, site: Site) -
         told = [next(events) for _ in range(2)]
     assert {event.data.get("subject") for event in told if event.kind.startswith("mission.")} == {"right.bt_executor"}
     assert "transitions" in {event.kind for event in told}
+
+
+def test_the_tree_of_a_navigator_is_chosen_by_administrators_alone() -> None:
+    description = describe(BtNavigator)
+    navigator = ComponentSpec("left.bt_navigator", description=description)
+    assert [configures(navigator, name) for name in ("behavior_tree", "rate")] == [True, False]
 
 
 def test_the_mission_of_a_robot_among_several_is_chosen_by_administrators_alone() -> None:
