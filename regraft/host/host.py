@@ -27,7 +27,7 @@ from regraft.host.watchdog.quality_watch import QualityWatch
 from regraft.host.zygote.describer import Describer
 from regraft.host.zygote.zygote import Zygote
 from regraft.patience import Patience, stretched
-from regraft.process.logs import begin_anew_if_long, log_of
+from regraft.process.logs import HOST_LOG, begin_anew_if_long, log_of
 from regraft.runtime.core.clock import RealClock
 
 STATUS_INTERVAL = 1.0
@@ -164,8 +164,8 @@ class Host(Supervisor):
             self._next_status = now + STATUS_INTERVAL
             self._publisher.status(self.status())
             self._qualities.forget_all_but(self.processes.__contains__)
-            for name in self.processes:
-                begin_anew_if_long(log_of(self.log_folder, name))
+            for log in (*(log_of(self.log_folder, name) for name in self.processes), self.log_folder / HOST_LOG):
+                begin_anew_if_long(log)
 
     def _take_sample(self, sample: Sample) -> None:
         """Take a heartbeat, checkpoint or measurement; one of another incarnation speaks for the dead, or is forged."""

@@ -28,7 +28,7 @@ from regraft.host.runs.standby_runs import ALONE_TIMEOUT, StandbyRuns
 from regraft.host.watchdog.process_monitor import ProcessMonitor
 from regraft.host.zygote.zygote import Zygote
 from regraft.process.logs import log_of
-from regraft.process.main import how_it_ended
+from regraft.process.main import EXIT_FAULT, how_it_ended
 from regraft.runtime.core.clock import RealClock
 
 FIRST_BEAT_TIMEOUT = 15.0
@@ -90,8 +90,14 @@ class Supervisor:
         managed.state, managed.seen, managed.stopping, managed.why_killed = ProcessState.STARTING, False, False, ""
         managed.started = self._clock.now() / 1e9
         log = str(log_of(self.log_folder, managed.spec.name))
-        order = managed.order(self.plan, self.revision, self.term) | {"lease": self.lease_of(managed)}
         managed.awaited = managed.is_held = False
+        try:
+            lease = self.lease_of(managed)
+        except OSError as error:  # no more files may be open: it is tried again as any that cannot be started
+            managed.why_killed = f"there can be no lease of it: {error.strerror}"
+            self._process_ended(managed, EXIT_FAULT)
+            return
+        order = managed.order(self.plan, self.revision, self.term) | {"lease": lease}
         managed.restart_by = None
         managed.succeeds = None  # a restarted run succeeds no living one
         command, files = list(managed.spec.command) or None, self.plan.limits(managed.spec).files
@@ -103,7 +109,7 @@ class Supervisor:
         managed.ordered = True
 
     def lease_of(self, managed: ManagedProcess) -> str:
-        """Return the path of the lease by which a process may act, empty if it always may."""
+        """Return the path of the lease by which a process may act, empty if it always may; raises OSError."""
         return ""
 
     def zygote_gone(self) -> None:

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.protocol.control import Snapshot
 from regraft.process.descendants import RUN_VARIABLE
 from regraft.process.logs import begin_anew_if_long
 from regraft.process.main import EXIT_BAD_ASSIGNMENT, run_component
@@ -95,6 +96,21 @@ def be_component(plain: dict[str, Any]) -> int:
     return run_component(assignment)
 
 
+def _checkpoint_file(name: str, checkpoint: Snapshot, folder: Path) -> str | None:
+    """Return the file with a checkpoint; None where the disk is full: what is there may be of an earlier system."""
+    state = folder / f"{name}.checkpoint"
+    partial = state.with_name(f".{name}.checkpoint")
+    try:
+        partial.write_bytes(codec.encode(checkpoint))
+        partial.replace(state)
+    except OSError as error:
+        print(f"{name}: cannot write its checkpoint: {error.strerror}", file=sys.stderr)
+        with contextlib.suppress(OSError):
+            partial.unlink()
+        return None
+    return str(state)
+
+
 def be_program(plain: dict[str, Any], command: list[str], folder: Path) -> int:
     """Become any program; it finds its assignment as JSON in ``REGRAFT_ASSIGNMENT``. Returns only if it cannot.
 
@@ -103,11 +119,8 @@ def be_program(plain: dict[str, Any], command: list[str], folder: Path) -> int:
     assignment = codec.from_plain(plain, Assignment)
     readable = {**plain, "checkpoint": None}
     if assignment.checkpoint is not None:
-        state = folder / f"{assignment.name}.checkpoint"
-        partial = state.with_name(f".{assignment.name}-{assignment.incarnation}.checkpoint")
-        partial.write_bytes(codec.encode(assignment.checkpoint))
-        partial.replace(state)
-        readable["checkpoint_file"] = str(state)
+        file = _checkpoint_file(assignment.name, assignment.checkpoint, folder)
+        readable |= {"checkpoint_file": file} if file else {}
     run = f"{assignment.name}/{assignment.incarnation}"
     environment = {**os.environ, ASSIGNMENT_VARIABLE: json.dumps(readable), RUN_VARIABLE: run}
     try:

@@ -10,6 +10,8 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.keys import component_name
 from regraft.bus_schema.messages.protocol.host import LogLines, LogRequest
 
+HOST_LOG = "host.log"
+"""The log of a host itself, next to those of its components."""
 MAX_BYTES = 1024 * 1024
 MAX_LOG_SIZE = 8 * 1024 * 1024
 """Bytes to which a log may grow, and that are kept of it when it begins again."""

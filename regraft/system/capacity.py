@@ -20,6 +20,8 @@ COMPONENT_MEMORY, PROGRAM_MEMORY = 9.0, 1.0
 COMPONENT_THREADS, PROGRAM_THREADS = 6, 1
 COMPONENT_LINKS = 2
 """Files that a host has open for each component's link to its hub."""
+LEASE_FILES = 2
+"""Files that a joined host has open besides for each component: its lease, and the memory of that."""
 OWN_FILES = 32
 """Files that a host has open besides."""
 MIN_FILES = 64
@@ -45,11 +47,15 @@ class Room:
     files: float = math.inf
 
 
-def check(specs: Iterable[ComponentSpec], room: Room | None = None) -> None:
-    """Do nothing if there is room for components, by default on this machine now; raises TooMany."""
+def check(specs: Iterable[ComponentSpec], room: Room | None = None, *, joined: bool = False) -> None:
+    """Do nothing if there is room for components, by default on this machine now; raises TooMany.
+
+    On a ``joined`` host each of them holds a lease.
+    """
     counted = list(specs)
     programs = sum(not spec.cls for spec in counted)
-    short = list(_short(len(counted) - programs, programs, room or room_here()))
+    links = COMPONENT_LINKS + (LEASE_FILES if joined else 0)
+    short = list(_short(len(counted) - programs, programs, links, room or room_here()))
     if short:
         raise TooMany(f"{len(counted)} components are more than this machine can hold: {'; '.join(short)}")
 
@@ -61,7 +67,7 @@ def check_files() -> None:
         raise TooMany(f"only {files} files may be open at once, and {MIN_FILES} are needed: raise 'ulimit -n'")
 
 
-def _short(components: int, programs: int, room: Room) -> Iterator[str]:
+def _short(components: int, programs: int, links: int, room: Room) -> Iterator[str]:
     memory = components * COMPONENT_MEMORY + programs * PROGRAM_MEMORY
     if memory > room.memory:
         each = f"{COMPONENT_MEMORY:g} each"
@@ -69,10 +75,10 @@ def _short(components: int, programs: int, room: Room) -> Iterator[str]:
     threads = components * COMPONENT_THREADS + programs * PROGRAM_THREADS
     if threads > room.threads:
         yield f"they need {threads} threads, {COMPONENT_THREADS} each, and {room.threads:.0f} may be started"
-    files = components * COMPONENT_LINKS + OWN_FILES
+    files = components * links + OWN_FILES
     if files > room.files:
         yield (
-            f"their host needs {files} open files, {COMPONENT_LINKS} each and {OWN_FILES} more, and may have "
+            f"their host needs {files} open files, {links} each and {OWN_FILES} more, and may have "
             f"{room.files:.0f} (ulimit -n)"
         )
 

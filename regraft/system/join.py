@@ -91,7 +91,7 @@ def run_guest(
     held = run_directory.lock(folder.name)
     try:
         mine = {name: spec for name, spec in first.architecture.components.items() if spec.host == wanted.name}
-        capacity.check(mine.values())
+        capacity.check(mine.values(), joined=True)
         with ending.interrupting():
             notices = prepare_process(mine.values(), notice)
         if first.architecture.simulated:

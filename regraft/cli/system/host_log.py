@@ -6,6 +6,7 @@ import logging
 from pathlib import Path
 
 from regraft.cli.outcomes import BadInput
+from regraft.process.logs import HOST_LOG
 
 
 def log_to_file(run: Path) -> None:
@@ -19,7 +20,7 @@ def log_to_file(run: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         logging.raiseExceptions = False  # a disk that is full is no matter for the terminal
         logging.basicConfig(
-            filename=folder / "host.log", format="%(asctime)s %(levelname)s %(name)s: %(message)s", force=True
+            filename=folder / HOST_LOG, format="%(asctime)s %(levelname)s %(name)s: %(message)s", force=True
         )
     except OSError as error:
         raise BadInput(f"cannot write to {folder}: {error.strerror}; REGRAFT_HOME names another place") from None

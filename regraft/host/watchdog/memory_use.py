@@ -117,7 +117,7 @@ def _children(pid: int) -> set[int]:
     if not _has_lists_of_children():
         return set(children_by_parent().get(pid, ()))
     found: set[int] = set()
-    with contextlib.suppress(FileNotFoundError, ProcessLookupError):
+    with contextlib.suppress(OSError):  # it has ended, or this process may open no more files at this moment
         for thread in os.listdir(f"/proc/{pid}/task"):
             found |= set(map(int, Path(f"/proc/{pid}/task/{thread}/children").read_text().split()))
     return found

@@ -42,7 +42,11 @@ class GrantedLease:
         self.path = f"/proc/{os.getpid()}/fd/{self._descriptor}"
         """The file, for this machine's processes, as long as this one lives."""
         os.pwrite(self._descriptor, UNTIL.pack(until), 0)
-        self._mapped = mmap.mmap(self._descriptor, UNTIL.size)
+        try:
+            self._mapped = mmap.mmap(self._descriptor, UNTIL.size)
+        except OSError:
+            os.close(self._descriptor)
+            raise
         self._file = memoryview(self._mapped).cast("d")
 
     def extend(self, until: float) -> None:

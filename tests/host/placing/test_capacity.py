@@ -43,6 +43,13 @@ def test_what_does_not_fit_is_said_with_the_arithmetic(room: Room, text: str) ->
     assert str(caught.value).endswith(text)
 
 
+def test_a_joined_host_needs_files_for_leases_too() -> None:
+    room = Room(files=1024)
+    capacity.check(_specs(300), room)
+    with pytest.raises(TooMany, match="needs 1232 open files, 4 each and 32 more"):
+        capacity.check(_specs(300), room, joined=True)
+
+
 def test_a_stack_that_does_not_fit_is_refused_before_anything_starts(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -59,3 +59,15 @@ def test_a_program_finds_its_last_checkpoint_beside_its_log_and_no_earlier_one_i
         assert file.parent == logs
         assert codec.decode(file.read_bytes(), Snapshot) == snapshot
     assert len(list(logs.glob("*checkpoint*"))) == 1
+
+
+def test_a_program_whose_checkpoint_cannot_be_written_starts_without_it(start: Start) -> None:
+    system = start(BEEPER)
+    _assignment(system, 1)
+    in_the_way = run_directory.folder("tests") / "logs" / ".beeper.checkpoint"
+    in_the_way.mkdir()
+    _kill_once_it_is_kept(system, Snapshot("beeper", 1, 0.0, 1, {"count": 1}))
+    assert "checkpoint_file" not in _assignment(system, 2)
+    in_the_way.rmdir()
+    _kill_once_it_is_kept(system, Snapshot("beeper", 2, 0.0, 1, {"count": 2}))
+    assert Path(_assignment(system, 3)["checkpoint_file"]).exists()

@@ -140,6 +140,15 @@ CHATTY = """  chatty:
 """
 
 
+def test_the_log_of_the_host_stays_bounded(start: Start) -> None:
+    start("  sleeper: {command: [sleep, '1000'], managed: false}\n").wait_running("sleeper")
+    log = run_directory.folder("tests") / "logs" / "host.log"
+    with log.open("ab") as file:
+        file.write(b"x" * (MAX_LOG_SIZE + 1))
+    wait_until(lambda: log.stat().st_size < MAX_LOG_SIZE, "the log to begin anew")
+    assert log.with_name("host.log.1").exists()
+
+
 def test_a_log_stays_bounded_while_its_component_writes(start: Start) -> None:
     system = start(CHATTY)
     system.wait_running("chatty")
