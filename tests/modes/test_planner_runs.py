@@ -7,11 +7,23 @@ from pathlib import Path
 
 import pytest
 
-from regraft.bus_schema.model.adaptation import Add, ChangeState, EnterMode, Outcome, Swap
+from regraft.bus_schema.messages.management.manager import CancelAdaptation
+from regraft.bus_schema.model.adaptation import (
+    ADAPT,
+    CANCEL,
+    AdaptationReport,
+    AdaptationRequest,
+    Add,
+    ChangeState,
+    EnterMode,
+    Outcome,
+    Swap,
+)
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.lifecycle import Transition
 from tests.modes.in_memory import PLANNER, STACK, Director, entered, perform, running
 from tests.modes.stacks import MODES, RULES
+from tests.support.waiting import PATIENCE
 
 CLASS = "regraft.adaptation_manager.planners.modes.mode_planner:ModePlanner"
 FAILS_AT, RECOVERS_AT = 1.0, 2.5
@@ -146,6 +158,25 @@ def test_a_component_that_failed_and_recovered_unseen_is_brought_back_by_the_rul
         perform(system)
         assert states == ["unconfigured", "active"]
         assert entered(system) == [NORMAL]
+
+
+def test_a_mode_that_is_withdrawn_before_it_is_final_keeps_no_rule_from_entering_it(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        tried = AdaptationRequest((EnterMode("degraded"),), actor="director", confirm=30.0, wait=False)
+        pending = await director.kit.call(ADAPT, tried, AdaptationReport, timeout=PATIENCE)
+        await director.kit.sleep(0.2)
+        await _die(director)
+        await director.kit.sleep(0.2)  # the next run reads the mode that is not final
+        cancelled = await director.kit.call(CANCEL, CancelAdaptation(pending.id), AdaptationReport, timeout=PATIENCE)
+        assert cancelled.outcome is Outcome.CANCELLED, cancelled
+        await director.until(FAILS_AT + 1.0)
+        assert (await director.modes()).target == "degraded"
+
+    careful = "modes:\n  degraded:\n    - {change: set_parameters, component: driver, parameters: {speed: 0.3}}\n"
+    rule = RULES.partition("  recover:\n")[0]
+    with running(tmp_path, EAGER.replace(MODES + RULES, careful + rule), script) as system:
+        perform(system)
+        assert entered(system) == [DEGRADED]
 
 
 SECOND = ComponentSpec(cls=CLASS)

@@ -23,7 +23,7 @@ from regraft.bus_schema.messages.management.system import (
     SystemQualities,
     SystemStates,
 )
-from regraft.bus_schema.model.adaptation import JOURNAL, AdaptationReport, Change, EnterMode
+from regraft.bus_schema.model.adaptation import JOURNAL, AdaptationReport, Change, EnterMode, Outcome
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.description import Resources
 from regraft.bus_schema.model.mode_rules import LONGEST, ModeRule
@@ -105,8 +105,8 @@ class ModePlanner(Component):
 
     @adaptations.handler
     def take(self, report: AdaptationReport) -> None:
-        """Read the targets again after each change."""
-        if report.revision_after != report.revision_before:
+        """Read the targets again after each change, also after one that was undone: it may have been read meanwhile."""
+        if report.outcome is not Outcome.REJECTED:
             self._modes = None
 
     # --- looking ---
