@@ -99,11 +99,13 @@ def inverse(changes: Sequence[Change], before: Architecture) -> tuple[Change, ..
     """Return the changes that lead from behind ``changes`` back to the architecture ``before`` them."""
     states: dict[str, State] = {}
     back: list[tuple[Change, ...]] = []
+    known = set(before.topics)
     come_or_gone = {change.component for change in changes if isinstance(change, Add | Remove)}
     swapped = {change.component for change in changes if isinstance(change, Swap)}
     for change in changes:
         if isinstance(change, Add):
-            new = tuple(topic.name for topic in change.topics if topic.name not in before.topics)
+            new = tuple(topic.name for topic in change.topics if topic.name not in known)
+            known.update(new)  # the last removal takes out what several additions name
             back.append((Remove(change.component, new),))
         elif isinstance(change, Remove):
             topics = tuple(before.topics[name] for name in change.topics if name in before.topics)

@@ -227,6 +227,21 @@ def test_undoing_an_addition_ends_it(system: System) -> None:
     assert system.view("third").incarnation == 2
 
 
+def test_additions_that_name_the_same_new_topic_are_undone_with_it(system: System) -> None:
+    writer = ComponentSpec(cls="tests.adaptation.parts:Newcomer", connections={"said": "fresh"})
+    reader = ComponentSpec(cls="tests.adaptation.parts:Listener", connections={"heard": "fresh"})
+    fresh = (TopicSpec("fresh", "regraft/Twist"),)
+    report = system.adapt(Add("newcomer", writer, fresh), Add("third", reader, fresh))
+    assert report.outcome is Outcome.APPLIED, report
+    undone = system.undo(report.id)
+    assert undone.outcome is Outcome.APPLIED, undone
+    assert "fresh" not in system.host.architecture.topics
+    assert {"newcomer", "third"}.isdisjoint(system.host.specs)
+    again = system.undo(undone.id)
+    assert again.outcome is Outcome.APPLIED, again
+    assert system.view("third").connections["heard"] == "fresh"
+
+
 def test_undoing_an_addition_that_is_gone_already_is_refused(system: System) -> None:
     report = system.adapt(Add("third", LISTENER))
     system.adapt(Remove("third"))
