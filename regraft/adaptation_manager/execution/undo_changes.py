@@ -153,6 +153,7 @@ def touched(changes: Sequence[Change]) -> set[tuple[str, str]]:
             pairs.add((change.component, CLASS))
             pairs |= {(change.component, f"parameters.{name}") for name in change.parameters}
             pairs |= {(change.component, f"connect.{port}") for port in change.connections}
+            pairs |= {(change.component, f"services.{name}") for name in change.services}
         elif isinstance(change, Move):
             pairs.add((change.component, HOST))
         else:
@@ -216,7 +217,7 @@ def _which(architecture: Architecture, component: str) -> str:
 
 def _all_of(spec: ComponentSpec) -> set[tuple[str, str]]:
     """Return all that a swap back decides on."""
-    fields = {f"connect.{port}" for port in spec.connections}
+    fields = {f"connect.{port}" for port in spec.connections} | {f"services.{name}" for name in spec.services}
     if spec.description:
         fields |= {f"parameters.{parameter.name}" for parameter in spec.description.parameters}
     return {(spec.name, where) for where in fields}
@@ -235,6 +236,8 @@ def _value(architecture: Architecture, component: str, where: str) -> object:
     kind, _, name = where.partition(".")
     if kind == "parameters":
         return _parameter(spec, name)
+    if kind == "services":
+        return spec.services.get(name)
     return _topic(architecture, spec, name) if kind == "connect" else spec.state.value
 
 

@@ -207,6 +207,19 @@ def test_undoing_a_swap_is_refused_where_a_later_adaptation_has_decided_otherwis
     all_is_well(site)
 
 
+def test_undoing_a_swap_is_refused_where_a_later_one_has_named_a_service(site: System) -> None:
+    swapped = site.adapt(DOUBLER)
+    later = site.adapt(Swap("totaller", services={"double": "twice"}))
+    refused = site.undo(swapped.id)
+    assert refused.outcome is Outcome.REJECTED, refused
+    assert [v.field for v in refused.violations] == ["services.double"]
+    assert f"adaptation {later.id}" in refused.violations[0].problem
+    assert site.host.specs["totaller"].services["double"] == "twice"
+    assert site.undo(later.id).outcome is Outcome.APPLIED
+    assert site.undo(swapped.id).outcome is Outcome.APPLIED
+    all_is_well(site)
+
+
 def test_a_dry_run_says_what_would_be(site: System) -> None:
     report = site.adapt(DOUBLER, dry_run=True)
     assert report.outcome is Outcome.PENDING
