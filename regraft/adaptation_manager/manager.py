@@ -253,10 +253,18 @@ class AdaptationManager(Component):
         found = self._read(lambda j: j.report(number)) if number is not None else None
         return self._store.line(found) if found is not None else None
 
-    def _same_key(self, request: AdaptationRequest) -> Entry | AdaptationReport | None:
+    async def _same_key(self, request: AdaptationRequest) -> Entry | AdaptationReport | None:
+        """Return the adaptation of a request's key, if it has been asked for. Raises RequestRefused.
+
+        Without the journal nobody knows: it is opened again for this, and the request is refused where it cannot be.
+        """
+        try:
+            await self._worker.reopen()
+        except ControlFailed as error:
+            raise RequestRefused(str(error), RefusalCode.UNAVAILABLE) from None
         known: Entry | AdaptationReport | None
         known = next((entry for entry in self._queue.entries() if entry.request.key == request.key), None)
-        if known is None and self._store.journal is not None:
+        if known is None:
             written = self._read(lambda j: j.by_key(request.key))
             known = self._store.line(written) if written is not None else None
         if known is not None and not _is_same(known.request, request):
@@ -265,7 +273,7 @@ class AdaptationManager(Component):
         return known
 
     async def _carried_out(self, request: AdaptationRequest, prepare: Prepare | None) -> AdaptationReport:
-        known = self._same_key(request) if request.key and not request.dry_run else None
+        known = await self._same_key(request) if request.key and not request.dry_run else None
         if isinstance(known, AdaptationReport):
             return known
         return await self._answer(known or self._enqueue(request, prepare), request)

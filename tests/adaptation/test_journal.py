@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import sqlite3
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
 
-from regraft import CallFailed
+from regraft import CallFailed, RefusalCode
 from regraft.adaptation_manager.journal import architecture_store, write_back
 from regraft.adaptation_manager.journal.journal import Journal, JournalError
 from regraft.adaptation_manager.journal.opening import opened
@@ -56,6 +58,54 @@ def test_the_same_key_is_the_same_adaptation_across_a_restart_of_the_manager(sys
     system.running["manager"].kill()
     system.start_manager()
     assert system.adapt(SetParameters("listener", {"gain": 0.1}), key="k1") == first
+
+
+@contextmanager
+def _returning_locked_out(system: System) -> Iterator[None]:
+    """Kill the manager, and have the next one come up while somebody else holds the journal's lock."""
+    system.running["manager"].kill()
+    with closing(sqlite3.connect(system.journal, isolation_level=None)) as other:
+        other.execute("BEGIN IMMEDIATE")
+        system.start_manager()
+        with pytest.raises(CallFailed, match="database is locked"):
+            system.lines()
+        yield
+        other.execute("ROLLBACK")
+
+
+@pytest.mark.parametrize("asked_before", [True, False])
+def test_a_repeated_request_is_not_judged_without_the_journal(system: System, asked_before: bool) -> None:
+    change = SetParameters("listener", {"gain": 0.1})
+    first = system.adapt(change, key="k1")
+    system.adapt(SetParameters("listener", {"gain": 0.2}))
+    with _returning_locked_out(system):
+        if asked_before:
+            with pytest.raises(CallFailed, match="database is locked") as refused:
+                system.adapt(change, key="k1")
+            assert refused.value.code is RefusalCode.UNAVAILABLE
+            assert system.adapt(change).outcome is Outcome.REJECTED
+    assert system.adapt(change, key="k1") == first
+    assert system.view("listener").parameters["gain"] == 0.2
+
+
+def test_a_key_of_before_is_refused_for_another_request_once_the_journal_opens(system: System) -> None:
+    system.adapt(SetParameters("listener", {"gain": 0.1}), key="k1")
+    with _returning_locked_out(system):
+        pass
+    with pytest.raises(CallFailed, match="idempotency key") as refused:
+        system.adapt(SetParameters("listener", {"gain": 0.3}), key="k1")
+    assert refused.value.code is RefusalCode.KEY_REUSED
+    assert system.view("listener").parameters["gain"] == 0.1
+
+
+@pytest.mark.parametrize("wait", [True, False])
+def test_a_request_with_a_key_opens_the_journal_again(system: System, wait: bool) -> None:
+    with _returning_locked_out(system):
+        pass
+    report = system.adapt(SetParameters("listener", {"gain": 0.1}), key="k1", wait=wait)
+    assert report.id
+    assert system.adapt(SetParameters("listener", {"gain": 0.1}), key="k1").id == report.id
+    assert [line.id for line in system.lines().entries] == [report.id, "1"]
 
 
 def test_every_revision_can_be_read_again(system: System) -> None:

@@ -65,6 +65,7 @@ class Worker:
         self._hosts = Hosts(kit, bounds().answer)
         self._controls = ComponentClient(kit, bounds().answer)
         self._all_ended = True
+        self._takeovers = 0
         self._turns = Turn(kit)
 
     def close(self) -> None:
@@ -97,11 +98,24 @@ class Worker:
         async with self._turns.taken():
             return await read_modes(self._store.current(), self._controls, self._hosts, self._kit, reachable=reachable)
 
+    async def reopen(self) -> None:
+        """Open the journal if it is closed; raises ControlFailed. It stays closed if it cannot be opened.
+
+        Those who wait while somebody else tries do not try again: nothing is left to know by then.
+        """
+        if self._store.journal is not None:
+            return
+        tried = self._takeovers
+        async with self._turns.taken() as slot:
+            if self._store.journal is None and self._takeovers == tried:
+                await self._take_over(slot)
+
     async def _take_over(self, slot: ExclusiveSlot) -> None:
         """Learn the architecture, begin a term, undo what was left half-way. Raises ControlFailed.
 
         With a journal that cannot be written, the architecture is only known, and adaptations are rejected.
         """
+        self._takeovers += 1
         views = await self._hosts.views()
         try:
             term = await self._opened(views)
