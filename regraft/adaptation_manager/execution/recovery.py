@@ -44,7 +44,8 @@ async def _undone(
     following = line.following or UpdateSpecs(line.report.revision_after)
     after = following.applied_to(current)
     context = site_for(current, after)
-    problems += await undo(context, way(after, current), tuple(planned), readable)
+    unreached = [each.component for each in line.report.unreached]
+    problems += await undo(context, way(after, current), tuple(planned), readable, unreached)
     undone = {step.number: step for step in readable}
     error = f"{INTERRUPTED}; could not be undone: {'; '.join(problems)}" if problems else INTERRUPTED
     return replace(

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from regraft.adaptation_manager.execution.verify import differences
-from regraft.adaptation_manager.steps.actions import PlannedStep, ReachState, TakeOver
+from regraft.adaptation_manager.steps.actions import PlannedStep, ReachState, StartAgain, TakeOver
 from regraft.adaptation_manager.targets.component_client import ControlFailed, NoAnswer
 from regraft.adaptation_manager.targets.context import ExecutionContext
+from regraft.adaptation_manager.targets.processes import leave_stopped, start_again
 from regraft.bus_schema.messages.protocol.control import ComponentView
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.lifecycle import State
@@ -60,6 +61,36 @@ def _state(step: PlannedStep) -> dict[str, object]:
     elif isinstance(step.do, TakeOver):
         state = step.do.state
     return {} if state is None else {"state": state.value}
+
+
+async def begin_again(context: ExecutionContext, names: Collection[str]) -> list[str]:
+    """Have components without a step begin again, if they are back by the later spec; returns why that failed.
+
+    They did not answer in the check: a run that does not answer now has come since.
+    """
+    problems = []
+    living = sorted(name for name in names if context.controls.living(name) is not None)
+    for name in living:
+        spec = context.before.components[name]
+        if not await _may_be_later(context, spec):
+            continue
+        try:
+            await leave_stopped(context, name, spec.host)
+            await start_again(context, StartAgain(name, spec.host))
+        except ControlFailed as error:
+            problems.append(f"{name}: could not begin again: {error}")
+    return problems
+
+
+async def _may_be_later(context: ExecutionContext, spec: ComponentSpec) -> bool:
+    """Return whether a component's run may have begun by its spec after the adaptation."""
+    if not spec.managed:
+        return True
+    try:
+        view = await context.controls.read(spec.name).view()
+    except ControlFailed:
+        return True
+    return view.revision == context.after.revision
 
 
 async def not_restored(context: ExecutionContext, wanted: Wanted) -> dict[str, str]:

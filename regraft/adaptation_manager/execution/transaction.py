@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
 
 from regraft.adaptation_manager.execution.perform import perform
-from regraft.adaptation_manager.execution.restoration import not_restored, wanted_again
+from regraft.adaptation_manager.execution.restoration import begin_again, not_restored, wanted_again
 from regraft.adaptation_manager.execution.tolerance import has_failed_down
 from regraft.adaptation_manager.execution.verify import verify
 from regraft.adaptation_manager.journal.journal import JournalError
@@ -142,7 +142,8 @@ class Transaction:
 
     async def _undo(self, outcome: Outcome) -> Outcome:
         self.phases.leave()
-        problems = await undo(self.context, self.plan.way_back(), self.plan.steps, self.steps)
+        unreached = [each.component for each in self.plan.unreached]
+        problems = await undo(self.context, self.plan.way_back(), self.plan.steps, self.steps, unreached)
         if problems:
             self.error = f"{self.error}; could not be undone: {'; '.join(problems)}"
             return Outcome.STUCK
@@ -154,13 +155,18 @@ def _is_fenced(error: Exception) -> bool:
 
 
 async def undo(
-    context: ExecutionContext, former: UpdateSpecs, planned: tuple[PlannedStep, ...], steps: list[StepReport]
+    context: ExecutionContext,
+    former: UpdateSpecs,
+    planned: tuple[PlannedStep, ...],
+    steps: list[StepReport],
+    unreached: Collection[str] = (),
 ) -> list[str]:
     """Undo the begun ones of ``steps`` in reverse; returns what could not be undone, in words. Updates ``steps``.
 
     Hosts get the former specs first: a component that restarts from here on is as before, and an added one does not
-    restart. Those on a host that is not there are noted as out of reach. In the end the components are read back:
-    this, not their answers, shows what was undone.
+    restart. Those on a host that is not there are noted as out of reach. Those that were ``unreached`` have no step; if
+    they are back, they begin again. In the end the components are read back: this, not their answers, shows what was
+    undone.
     """
     problems = []
     context.revision = context.before.revision
@@ -183,6 +189,8 @@ async def undo(
     back = {s.component for s in planned if isinstance(s.undo, EndProcess)} & context.before.components.keys()
     if back:
         problems += await _give_home(context, former, sorted(back))
+    changed = {spec.name for spec in former.specs} & context.after.components.keys()
+    problems += await begin_again(context, changed.intersection(unreached) - {step.component for step in planned})
     return problems + await _read_back(context, planned, steps)
 
 

@@ -21,7 +21,7 @@ from regraft.bus_schema.model.adaptation import (
     UnreachedCode,
 )
 from regraft.bus_schema.model.hosts.host_state import HostState
-from regraft.bus_schema.model.lifecycle import Transition
+from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.system import SYSTEM, System, small_architecture
 from tests.support.waiting import wait_until
 
@@ -122,3 +122,27 @@ def test_a_host_that_falls_silent_under_an_undo_leaves_nothing_stuck_however_sho
     report = bare_system.cancel(line.id)
     assert edge.is_cut
     assert report.outcome is Outcome.CANCELLED, report.error
+
+
+@pytest.mark.parametrize("interrupted", [False, True])
+def test_a_component_that_comes_back_while_a_change_is_confirmed_is_as_before_once_that_is_undone(
+    system: System, interrupted: bool
+) -> None:
+    system.running.pop("fragile").kill()
+    system.host.ended("fragile")
+    lower = (SetParameters("fragile", {"level": 2}), ChangeState("fragile", Transition.DEACTIVATE))
+    line = system.adapt(*lower, confirm=60.0, wait=False)
+    wait_until(lambda: system.lines(id=line.id).entries[0].outcome is Outcome.CONFIRMING)
+    assert [each.component for each in system.lines(id=line.id).entries[0].unreached] == ["fragile"]
+    system.start("fragile", 2)
+    assert system.view("fragile").parameters["level"] == 2
+    if interrupted:
+        system.running["manager"].kill()
+        system.start_manager()
+        report = system.lines(id=line.id).entries[0]
+    else:
+        report = system.cancel(line.id)
+    assert report.outcome is (Outcome.ROLLED_BACK if interrupted else Outcome.CANCELLED), report.error
+    wait_until(lambda: system.host.processes["fragile"].started_as == 3, "its next run")
+    wait_until(lambda: system.view("fragile").state is State.ACTIVE, "it to be as before")
+    assert system.view("fragile").parameters["level"] == 0

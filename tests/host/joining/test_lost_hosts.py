@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from regraft.bus_schema.messages.management.manager import CancelAdaptation
 from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.model.adaptation import (
     AdaptationReport,
@@ -23,6 +25,8 @@ from regraft.bus_schema.model.adaptation import (
 )
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
 from regraft.bus_schema.model.hosts.host_state import HostState
+from regraft.bus_schema.model.lifecycle import State
+from regraft.client import NoAnswer
 from tests.host.several import MOVE, TICKER, WAIT, Site
 from tests.support.hosts import JoinedHost, state_of, wait_state
 from tests.support.links import Link
@@ -233,6 +237,32 @@ def test_a_component_whose_change_was_undone_while_its_host_was_lost_begins_agai
     link.heal()
     assert site.wait_active("ticker", first) > first
     assert site.system.client.view("ticker").parameters["step"] == 1
+
+
+def test_a_component_whose_host_returns_before_a_change_is_cancelled_begins_again_as_before(site: Site) -> None:
+    system = site.up(TICKER.replace("host: edge", "host: edge, state: inactive"))
+    link = site.link()
+    site.join("edge", link.endpoint)
+
+    def step() -> object:
+        seen = system.client.components()["ticker"]
+        at_rest = seen.alive and seen.status is not None and seen.status.state is State.INACTIVE
+        with contextlib.suppress(NoAnswer):  # it ends, to begin again
+            return system.client.view("ticker").parameters["step"] if at_rest else None
+        return None
+
+    wait_until(lambda: step() == 1, "the ticker to be inactive")
+    link.cut()
+    wait_state(system, "edge", HostState.LOST)
+    request = AdaptationRequest((SetParameters("ticker", {"step": 4}),), confirm=60.0, wait=False)
+    pending = system.client.call("adaptation_manager/adapt", request, AdaptationReport, PATIENCE)
+    wait_until(lambda: site.journal()[0].outcome is Outcome.CONFIRMING, "the change to be watched over")
+    link.heal()
+    wait_until(lambda: step() == 4, "the ticker to have begun again")
+    cancel = CancelAdaptation(pending.id)
+    report = system.client.call("adaptation_manager/cancel", cancel, AdaptationReport, PATIENCE)
+    assert report.outcome is Outcome.CANCELLED, report.error
+    wait_until(lambda: step() == 1, "the ticker to be as before")
 
 
 @pytest.mark.evidence
