@@ -37,6 +37,8 @@ SHORTEST: Final = 0.001
 MAX_WAITING: Final = 16
 UNCHANGED: Final = "unchanged"
 """The outcome of a plan that asks for nothing."""
+NO_ANSWER: Final = "no_answer"
+"""The outcome of a plan that was given up: what was asked for may still wait for its turn."""
 MAX_ACTOR_LENGTH: Final = 200
 MAX_REASON_LENGTH: Final = 1000
 
@@ -137,7 +139,7 @@ class Manager:
                 report = await self._kit.call(SHARED + ADAPT, request, AdaptationReport, timeout=within)
             except CallFailed as error:
                 refused = error.answer is Answer.REFUSED
-                return CarriedOut(changes, "refused" if refused else "no_answer", error=str(error))
+                return CarriedOut(changes, "refused" if refused else NO_ANSWER, error=str(error))
             if attempt == ATTEMPTS - 1 or not is_stale(report):
                 return CarriedOut(changes, report.outcome.value, report)
             try:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from regraft import Component, Goal, Output, Parameter, service
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.messages.health import Diagnostic, Level
-from regraft.bus_schema.messages.management.manager import JournalPage, JournalRequest
+from regraft.bus_schema.messages.management.manager import CancelAdaptation, JournalPage, JournalRequest
 from regraft.bus_schema.messages.management.objectives import (
     COMPONENT_STATUS,
     QUALITY_STATUS,
@@ -24,7 +24,15 @@ from regraft.bus_schema.messages.management.objectives import (
     ObjectivesStatus,
     ObjectiveStatus,
 )
-from regraft.bus_schema.model.adaptation import ADAPT, JOURNAL, AdaptationReport, AdaptationRequest, Change, EnterMode
+from regraft.bus_schema.model.adaptation import (
+    ADAPT,
+    CANCEL,
+    JOURNAL,
+    AdaptationReport,
+    AdaptationRequest,
+    Change,
+    EnterMode,
+)
 from regraft.bus_schema.model.lifecycle import State
 from regraft.patience import Patience
 from tests.adaptation.system import System
@@ -110,10 +118,14 @@ class Director(Component):
             assert not patience.is_over(), (kind, parts, texts)
             await self.kit.sleep(0.05)
 
-    async def adapt(self, *changes: Change) -> AdaptationReport:
+    async def adapt(self, *changes: Change, **more: Any) -> AdaptationReport:
         """Have changes carried out."""
-        request = AdaptationRequest(changes, actor="director")
+        request = AdaptationRequest(changes, actor="director", **more)
         return await self.kit.call(ADAPT, request, AdaptationReport, timeout=PATIENCE)
+
+    async def withdraw(self, adaptation: str) -> AdaptationReport:
+        """Cancel an adaptation."""
+        return await self.kit.call(CANCEL, CancelAdaptation(adaptation), AdaptationReport, timeout=PATIENCE)
 
     async def add(self, *objectives: Objective, wait: bool = True) -> ObjectivesStatus:
         """Add objectives."""

@@ -9,9 +9,10 @@ import pytest
 
 from regraft import CallFailed, RefusalCode
 from regraft.bus_schema.messages.management.objectives import Objective, ObjectiveState
+from regraft.bus_schema.model.adaptation import EnterMode, SetParameters, Swap
 from regraft.bus_schema.model.lifecycle import State
 from tests.metacontrol.control.bench import PATROL, perform
-from tests.metacontrol.control.parts import Director
+from tests.metacontrol.control.parts import PLANNER, Director
 
 
 def test_an_objective_that_is_cancelled_while_its_design_is_being_entered_comes_to_rest(tmp_path: Path) -> None:
@@ -80,6 +81,45 @@ def test_two_objectives_on_one_design_end_apart(tmp_path: Path) -> None:
         assert await director.entered() == [["to_navigate.normal"], ["to_navigate.__DEFAULT__"]]
 
     perform(tmp_path, script)
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_a_design_that_the_manager_enters_after_it_was_given_up_comes_to_rest(tmp_path: Path, swapped: bool) -> None:
+    async def script(director: Director) -> None:
+        await director.adapt(SetParameters("dock", {"speed": 0.3}), confirm=6.0, wait=False)
+        await director.wait(0.2)
+        await director.add(PATROL, wait=False)
+        await director.until(1.5)
+        await director.cancel("patrol", wait=False)
+        if swapped:
+            await director.adapt(Swap(PLANNER), wait=False)
+        await director.until(5.5)
+        assert await director.entered() == [], "the manager is busy"
+        await director.until(10.0)
+        entered = await director.entered()
+        assert (entered[0], entered[-1]) == (["to_navigate.normal"], ["to_navigate.__DEFAULT__"])
+        used = ("controller", "navigator", "laser", "battery")
+        assert not [name for name in used if director.states()[name] is State.ACTIVE]
+
+    perform(tmp_path, script, parameters={"adapt_within": 1.0})
+
+
+def test_a_design_that_others_enter_long_after_it_was_given_up_is_left_to_them(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        held = await director.adapt(SetParameters("dock", {"speed": 0.3}), confirm=6.0, wait=False)
+        await director.wait(0.2)
+        await director.add(PATROL, wait=False)
+        await director.until(1.5)
+        await director.cancel("patrol", wait=False)
+        await director.until(3.0)
+        await director.withdraw(held.id)  # what waits was asked for on a revision that there is no more
+        await director.until(4.0)
+        assert director.states()["controller"] is not State.ACTIVE
+        await director.adapt(EnterMode("to_navigate.normal"))
+        await director.until(6.0)
+        assert director.states()["controller"] is State.ACTIVE
+
+    perform(tmp_path, script, parameters={"adapt_within": 1.0})
 
 
 def test_cancels_in_a_storm_of_failures_leave_nothing_active(tmp_path: Path) -> None:

@@ -168,8 +168,9 @@ class Metacontroller(Component):
 
     @adaptations.handler
     def take_adaptation(self, report: AdaptationReport) -> None:
-        """Look at the modes again when others have changed the architecture."""
-        if report.request.actor != self.kit.name and report.revision_after != report.revision_before:
+        """Look at the modes again when others have changed the architecture, or what was given up has."""
+        is_news = report.request.actor != self.kit.name or self._state.given_up
+        if is_news and report.revision_after != report.revision_before:
             self._begin_cycle()
 
     def _see(self) -> None:

@@ -8,7 +8,13 @@ from dataclasses import dataclass
 from typing import Final
 
 from regraft import Kit
-from regraft.adaptation_manager.planners.manager_client import UNCHANGED, AdaptationOrder, CarriedOut, Manager
+from regraft.adaptation_manager.planners.manager_client import (
+    NO_ANSWER,
+    UNCHANGED,
+    AdaptationOrder,
+    CarriedOut,
+    Manager,
+)
 from regraft.adaptation_manager.planners.metacontrol.control.deciding import Decided
 from regraft.adaptation_manager.planners.metacontrol.control.modes import outcomes
 from regraft.adaptation_manager.planners.metacontrol.control.modes.designs import DesignMode, Designs
@@ -119,7 +125,9 @@ class Cycle:
         def plan(architecture: Architecture) -> tuple[Change, ...]:
             nonlocal planned_on
             planned_on = architecture
-            return changes_to(wanted, left, architecture, known, fallen)
+            late = [each for each in map(designs.of, self._state.given_up) if in_force(each, architecture)]
+            unwanted = [each for each in late if each not in wanted]
+            return changes_to(wanted, [*left, *unwanted], architecture, known, fallen)
 
         if plan(seen):  # else nothing is put into words
             done = await self._manager.carry_out(plan, seen, self._order(decided), waits.adapt)
@@ -135,9 +143,12 @@ class Cycle:
             modes = [each.mode for each in done.changes if isinstance(each, EnterMode)]
             asked = asked_after(planned_on.asked_modes, modes, planned_on.mode_parts)
             self._state.carried_out(decided, asked, kept, self._kit.now())
+            self._state.caught_up(done.report.revision_after if done.report else planned_on.revision)
             self.trouble = ""
             self._notify()
             return True
+        if done.outcome == NO_ANSWER:
+            self._state.give_up((each.design for each in wanted), planned_on.revision)
         return self._failed(entered, done, designs)
 
     def _failed(self, entered: Sequence[Decision], done: CarriedOut, designs: Designs) -> bool:

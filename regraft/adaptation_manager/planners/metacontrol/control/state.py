@@ -55,6 +55,8 @@ class ControlState:
         self.decided_at = 0.0
         self._unavailable: dict[str, str] = {}
         self._returned: set[str] = set()
+        self.given_up: dict[str, int] = {}
+        """Designs that were asked for without an answer, and the revision on which: the request may still wait."""
 
     # --- memory ---
 
@@ -65,6 +67,7 @@ class ControlState:
             "groundings": self.groundings.remembered(),
             "monitor": self.monitor.remembered(),
             "resting": [{**asdict(each), "blamed": sorted(each.blamed)} for each in self.resting.every()],
+            "given_up": dict(self.given_up),
         }
 
     def restore(self, remembered: Mapping[str, Any], now: float, settings: Settings) -> list[str]:
@@ -74,6 +77,8 @@ class ControlState:
         self.monitor = Monitor(self.model, self.scope, self.translator.contexts(), remembered["monitor"])
         rests = [Rest(**{**each, "blamed": frozenset(each["blamed"])}) for each in remembered["resting"]]
         self.resting = Resting.restored(rests, settings.first_rest, settings.longest_rest)
+        given_up = remembered.get("given_up", {})  # an earlier version has none
+        self.given_up = {each: on for each, on in given_up.items() if self._is_choice(each)}
         return problems
 
     def set_rests(self, settings: Settings) -> None:
@@ -151,6 +156,14 @@ class ControlState:
         self.monitor.decided(decided.recovered)
         self._returned -= decided.returned
 
+    def give_up(self, designs: Iterable[str], revision: int) -> None:
+        """Note that nobody answered who was asked for designs; they may still be entered, on that revision alone."""
+        self.given_up |= dict.fromkeys(designs, revision)
+
+    def caught_up(self, revision: int) -> None:
+        """Forget the designs that were asked for on another revision: by now they were entered, or never will be."""
+        self.given_up = {design: on for design, on in self.given_up.items() if on == revision}
+
     def failed(self, decisions: Iterable[Decision], components: Iterable[str], why: str, now: float) -> None:
         """Let designs rest that could not be put in place."""
         # A component that was down ends the rest when it is back, though the knowledge base may not have it.
@@ -165,6 +178,9 @@ class ControlState:
         given = objective.partition("/")[0]
         if given in self.store:
             self.store[given].note(Attempt(now, local_name(design), why))
+
+    def _is_choice(self, design: str) -> bool:
+        return design in self.model.designs and not self.model.designs[design].is_rest
 
     def _individuals(self, components: Iterable[str]) -> frozenset[str]:
         known = {component_in_scope(self.scope, local_name(name)): name for name in self.model.components}
