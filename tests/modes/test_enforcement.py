@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from regraft.adaptation_manager.planners.modes.enforcement import Enforcement, Times, entered_by
@@ -79,10 +81,26 @@ def test_a_setting_that_was_changed_by_hand_is_a_manual_change_too() -> None:
 
 def test_what_was_asked_for_without_an_answer_is_no_manual_change() -> None:
     made = _begun()
-    made.asking(DEGRADE)
+    made.asking(DEGRADE, 0)
     again = Enforcement(made.remembered())
     again.take_rules((DEGRADE, RECOVER))
     assert again.see(_modes("degraded"), 5.0, TIMES) == []
+
+
+def test_what_was_asked_for_without_an_answer_may_be_entered_on_that_revision_alone() -> None:
+    for revision, manual in ((1, []), (2, [""])):
+        made = _begun()
+        made.asking(DEGRADE, 1)
+        assert made.see(replace(_modes("normal"), revision=revision), 1.0, TIMES) == []
+        assert made.see(replace(_modes("degraded"), revision=revision + 1), 2.0, TIMES) == manual
+
+
+def test_what_was_asked_for_and_answered_is_forgotten() -> None:
+    made = _begun()
+    made.asking(DEGRADE, 1)
+    made.answered(DEGRADE)
+    assert made.see(_modes("normal"), 1.0, TIMES) == []
+    assert made.see(replace(_modes("degraded"), revision=2), 2.0, TIMES) == [""]
 
 
 def test_rules_that_circle_are_suspended_but_for_the_first() -> None:

@@ -17,6 +17,7 @@ from regraft.bus_schema.model.adaptation import (
     ChangeState,
     EnterMode,
     Outcome,
+    SetParameters,
     Swap,
 )
 from regraft.bus_schema.model.architecture import ComponentSpec
@@ -177,6 +178,22 @@ def test_a_mode_that_is_withdrawn_before_it_is_final_keeps_no_rule_from_entering
     with running(tmp_path, EAGER.replace(MODES + RULES, careful + rule), script) as system:
         perform(system)
         assert entered(system) == [DEGRADED]
+
+
+def test_a_mode_that_the_manager_enters_after_it_was_given_up_is_no_manual_one(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        held = AdaptationRequest((SetParameters("driver", {"careful": True}),), confirm=6.0, wait=False)
+        await director.kit.call(ADAPT, held, AdaptationReport, timeout=PATIENCE)
+        await director.until(5.5)
+        assert await director.entered() == [], "the manager is busy"
+        await director.until(9.0)
+        assert (await director.modes()).target == "normal"
+
+    impatient = ONCE.replace(":ModePlanner'", ":ModePlanner', parameters: {adapt_within: 0.5}")
+    with running(tmp_path, impatient, script) as system:
+        perform(system)
+        assert entered(system) == [DEGRADED, NORMAL]
+        assert not [event for event in system.events if event.kind == "modes.manual"]
 
 
 SECOND = ComponentSpec(cls=CLASS)

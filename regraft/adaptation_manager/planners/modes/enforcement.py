@@ -34,11 +34,15 @@ class Times:
 
 @dataclass(slots=True)
 class PartMemory:
-    """The memory of a part: the target as it was last seen, what was asked for, and until when to wait."""
+    """The memory of a part: the target as it was last seen, what was asked for, and until when to wait.
+
+    The mode ``asked`` for, on the revision ``asked_on``, may still be entered where nobody has answered.
+    """
 
     target: str = ""
     as_asked: bool = True
     asked: str = ""
+    asked_on: int = 0
     dwell_until: float = 0.0
     manual_until: float = 0.0
     retry_at: float = 0.0
@@ -119,7 +123,9 @@ class Enforcement:
             if is_other and not (as_asked and target in (memory.asked, own.get(part, memory.asked))):
                 memory.manual_until = now + times.manual_hold
                 changed.append(part)
-            memory.target, memory.as_asked, memory.asked = target, as_asked, ""
+            memory.target, memory.as_asked = target, as_asked
+            if modes.revision != memory.asked_on:
+                memory.asked = ""
         return changed
 
     def look(self, values: Mapping[str, Any], now: float, fallen: Collection[str] = ()) -> None:
@@ -164,9 +170,14 @@ class Enforcement:
             return False
         return not rule.start or memory.target in (*rule.start, rule.mode)
 
-    def asking(self, rule: ModeRule) -> None:
+    def asking(self, rule: ModeRule, revision: int) -> None:
         """Note that a rule's mode is asked for: where the answer is lost, it is still known whose doing it was."""
-        self.parts[target_of(rule)].asked = rule.mode
+        memory = self.parts[target_of(rule)]
+        memory.asked, memory.asked_on = rule.mode, revision
+
+    def answered(self, rule: ModeRule) -> None:
+        """Note that nothing waits any more of what was asked for: it counts until the targets are next seen."""
+        self.parts[target_of(rule)].asked_on = 0
 
     def refused(self, rule: ModeRule, now: float, times: Times) -> None:
         """Note that a mode could not be entered; it is tried again after a while."""

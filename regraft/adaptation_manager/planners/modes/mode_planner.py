@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final, TypeVar
 
 from regraft import CallFailed, Component, Input, Level, Parameter, RequestRefused, service
-from regraft.adaptation_manager.planners.manager_client import AdaptationOrder, Manager
+from regraft.adaptation_manager.planners.manager_client import NO_ANSWER, AdaptationOrder, Manager
 from regraft.adaptation_manager.planners.modes.enforcement import Circling, Enforcement, Times, entered_by
 from regraft.adaptation_manager.planners.modes.situation import (
     Values,
@@ -191,15 +191,20 @@ class ModePlanner(Component):
         before = self._enforcement.parts[part].target
 
         def plan(seen: Architecture) -> tuple[Change, ...]:
-            return (EnterMode(rule.mode),) if seen.asked_modes.get(part, "") == before else ()
+            if seen.asked_modes.get(part, "") != before:
+                return ()
+            self._enforcement.asking(rule, seen.revision)
+            return (EnterMode(rule.mode),)
 
         why = f"rule {rule.name}: {rule.because or rule.when}"
         context = {name: value for name, value in self._values.items() if isinstance(value, bool | int | float | str)}
         order = AdaptationOrder(self.kit.name, why, context)
-        self._enforcement.asking(rule)
+        self._enforcement.asking(rule, architecture.revision)
         self._modes = None
         done = await self._manager.carry_out(plan, architecture, order, self.adapt_within)
         now = self.kit.now()
+        if done.outcome != NO_ANSWER:
+            self._enforcement.answered(rule)
         if done.outcome == "unchanged":
             return  # somebody else was faster
         if not done.stands:
