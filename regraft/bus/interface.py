@@ -51,6 +51,9 @@ class Query(Protocol):
     def reply(self, payload: bytes, *, error: bool = False) -> None:
         """Answer; a second answer is ignored."""
 
+    def drop(self) -> None:
+        """Leave it to others to answer."""
+
 
 class Closable(Protocol):
     """Something declared on the bus, until it is closed."""

@@ -45,6 +45,10 @@ class MemoryQuery:
             self.answers.append(Answer(self.key, payload, error))
             self.answered.set()
 
+    def drop(self) -> None:
+        """Leave it to others to answer."""
+        self.answered.set()
+
 
 @dataclass(slots=True)
 class MemoryHub:
@@ -135,7 +139,8 @@ class MemoryBus:
                 declared.sink(query)
         deadline = time.monotonic() + timeout
         for query in queries:
-            if query.answered.wait(max(0.0, deadline - time.monotonic())) and not all_of_them:
+            query.answered.wait(max(0.0, deadline - time.monotonic()))
+            if query.answers and not all_of_them:
                 return list(query.answers)
         return [answer for query in queries for answer in query.answers]
 

@@ -111,6 +111,10 @@ class ZenohQuery:
                 self.inner.reply(self.inner.key_expr, payload)
         self.inner.drop()
 
+    def drop(self) -> None:
+        """Leave it to others to answer."""
+        self.inner.drop()
+
 
 class ZenohBus:
     """A session as the kit sees it. Sinks run on network threads and must only pass the item on."""

@@ -35,6 +35,7 @@ from regraft.component.predicting import predicted
 from regraft.runtime.core.clock import SteppedClock
 from regraft.runtime.core.pending import Pending
 from regraft.runtime.core.refusal import ControlRefused
+from regraft.runtime.data.fetching import RESEND
 from regraft.runtime.handover.protocol import HandoverProtocol
 from regraft.runtime.lifecycle.answering import Answering
 from regraft.runtime.lifecycle.checkpoints import Checkpoints
@@ -86,12 +87,30 @@ class Control:
     def take(self, query: Query) -> None:
         """Answer a query, now or when what it waits for has happened."""
         self._parts.writers.flush()
+        if not self._is_live and self._is_for_any_run(query):
+            query.drop()
+            return
         requirements = self._parts.presence.requirements
         if query.key in requirements:
             self._answering.answer(query, lambda: requirements[query.key])
             return
         verb = query.key.rsplit("/", 1)[-1]
         self._answering.answer(query, lambda: self._ask(verb, query.payload))
+
+    @property
+    def _is_live(self) -> bool:
+        return self._handover.role is Role.LIVE
+
+    def _is_for_any_run(self, query: Query) -> bool:
+        """Return whether a query is for the run that speaks, whichever that is: its asker takes the first answer."""
+        if query.key in self._parts.presence.requirements:
+            return True
+        if not query.key.endswith(RESEND):
+            return False
+        try:
+            return codec.decode(query.payload, Resend).epoch == 0
+        except BadMessage:
+            return False
 
     def _ask(self, verb: str, payload: bytes) -> object:
         if verb in self._verbs:
@@ -221,12 +240,12 @@ class Control:
         except BadMessage:
             return False
         writers = self._parts.writers
-        if writers.is_making(asked):
+        if writers.is_making(asked) or not self._is_live:
             return False
         self._answering.answer(query, lambda: writers.resend_made(asked))
         return True
 
     def _refuse_unless_live(self) -> None:
-        role = self._handover.role
-        if role is not Role.LIVE:
-            raise ControlRefused(ControlCode.REFUSED, f"this run is {role.value}: another one speaks for the component")
+        if not self._is_live:
+            role = self._handover.role.value
+            raise ControlRefused(ControlCode.REFUSED, f"this run is {role}: another one speaks for the component")

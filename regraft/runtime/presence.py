@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from regraft.bus import interface
 from regraft.bus.inbox import Inbox
@@ -105,11 +106,19 @@ class Presence:
 
     def report_quality(self, quality: Quality) -> None:
         """Publish how a quality requirement is met, and answer queries for it from now on."""
+        self._answer_for(quality)
+        self._reporter.quality(quality)
+
+    def take_over(self, qualities: tuple[Quality, ...]) -> None:
+        """Answer queries for what the run before has reported; here the tasks do not run yet."""
+        for quality in qualities:
+            self._answer_for(replace(quality, active=False))
+
+    def _answer_for(self, quality: Quality) -> None:
         key = self._keys.quality(quality.requirement)
         if key not in self.requirements:
             self._declared.append(self._bus.serve(key, self._inbox.put))
         self.requirements[key] = quality
-        self._reporter.quality(quality)
 
     def disappear(self) -> None:
         """Take the token and all that was declared off the bus."""

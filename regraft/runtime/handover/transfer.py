@@ -82,6 +82,7 @@ class Transfer:
             self._parts.requests.asked,
             {timer.name: timer.due for timer in self._parts.timers.periodic},
             dict(self._parts.writers.advanced) if self._parts.stepped else {},
+            tuple(self._parts.presence.requirements.values()),
         )
 
     def set_clock(self, now: int, tick: int | None) -> None:
@@ -153,6 +154,7 @@ class Transfer:
 
     def _take_places(self, handed: HandedOver) -> None:
         self._parts.requests.go_on_from(handed.asked)
+        self._parts.presence.take_over(handed.requirements)
         for server in self._parts.servers:
             server.take_over(client for client in handed.clients if client.service == server.name)
 

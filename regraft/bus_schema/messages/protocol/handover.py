@@ -9,6 +9,7 @@ from regraft.bus_schema.annotations import ClassPath, Count, PlainValue, Seconds
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.messages.protocol.control import Snapshot
 from regraft.bus_schema.messages.protocol.requests import Reply, Request
+from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.lifecycle import State
 
 
@@ -135,7 +136,7 @@ class HandedOver:
     ``epoch``; ``unhandled`` what had come but was not handled, without what the successor holds itself; ``inputs``
     per port its newest message, then what it keeps; ``asked`` the number of the last request made; ``reads`` every key
     read; ``timers`` when each is due, in nanoseconds. ``advanced`` (in step only) is what it has published and not yet
-    acknowledged.
+    acknowledged. ``requirements`` are the latest reports of them.
     """
 
     snapshot: Snapshot
@@ -152,3 +153,4 @@ class HandedOver:
     asked: Count
     timers: dict[str, Count]
     advanced: dict[str, Count] = field(default_factory=dict)
+    requirements: tuple[Quality, ...] = ()
