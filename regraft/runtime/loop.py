@@ -44,6 +44,7 @@ def pump(runtime: Runtime) -> float:
     give_up_on_holes(runtime, now)
     runtime.work()
     runtime.answering.answer_parked()
+    runtime.work()  # an input that has moved may have a lot to handle
     wait = runtime.reporter.beat_if_due()
     for due in (runtime.timers.next_due(), runtime.inbound.next_give_up()):
         if due is not None:

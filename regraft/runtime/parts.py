@@ -26,7 +26,7 @@ from regraft.runtime.core.overlap import Overlap
 from regraft.runtime.core.tasks import RunningTask, Tasks
 from regraft.runtime.core.timers import Timers
 from regraft.runtime.data.fetching import Fetching
-from regraft.runtime.data.inbound import Inbound
+from regraft.runtime.data.inbound import Consumer, Inbound
 from regraft.runtime.data.inputs import LiveInput, TopicReader
 from regraft.runtime.data.outputs import LiveOutput
 from regraft.runtime.data.repair import Repair
@@ -197,6 +197,15 @@ class Parts:
             self.fail_if_wanted()
             if ready or in_line:
                 self.reporter.beat_if_due()  # many messages take long, and only a handler that does not return hangs
+
+    def handle_first(self, kept: list[tuple[Consumer, Sample]]) -> None:
+        """Handle what was kept for inputs before all that comes; in simulated time now, since a slot is one instant."""
+        if not self.stepped:
+            self.inbound.ready.extendleft(reversed(kept))
+            return
+        for port, sample in kept:
+            port.deliver(sample)
+            self.reporter.beat_if_due()
 
     def fail_if_wanted(self) -> None:
         """Fail now if a handler that has returned wanted to."""

@@ -3,21 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from typing import Protocol
 
 from regraft.bus.interface import Sample
 from regraft.bus_schema.encoding.envelope import Envelope
+from regraft.runtime.data.inbound import Consumer
 from regraft.runtime.data.replay_buffer import MAX_HELD, MAX_HELD_BYTES
-
-
-class HeldInput(Protocol):
-    """An input whose messages are kept."""
-
-    def deliver(self, sample: Sample) -> None:
-        """Take a sample in its turn."""
-
-    def report_lost(self, source: str, count: int) -> None:
-        """Count and report messages that never came."""
 
 
 class HoldBuffer:
@@ -27,11 +17,11 @@ class HoldBuffer:
     """
 
     def __init__(self) -> None:
-        self._kept: deque[tuple[HeldInput, Sample]] = deque()
+        self._kept: deque[tuple[Consumer, Sample]] = deque()
         self._bytes = 0
-        self._let_go: Counter[tuple[HeldInput, str]] = Counter()
+        self._let_go: Counter[tuple[Consumer, str]] = Counter()
 
-    def keep(self, port: HeldInput, sample: Sample) -> None:
+    def keep(self, port: Consumer, sample: Sample) -> None:
         """Keep one more."""
         self._kept.append((port, sample))
         self._bytes += len(sample.payload)
@@ -40,10 +30,10 @@ class HoldBuffer:
             self._bytes -= len(oldest.payload)
             self._let_go[other, Envelope.from_bytes(oldest.attachment).source] += 1
 
-    def give_out(self) -> None:
-        """Hand everything to the inputs, which hold still no more."""
+    def take_all(self) -> list[tuple[Consumer, Sample]]:
+        """Report what was lost, and return the rest: the inputs hold still no more."""
         for (port, source), count in self._let_go.items():
             port.report_lost(source, count)
-        for port, sample in self._kept:
-            port.deliver(sample)
+        kept = list(self._kept)
         self._kept.clear()
+        return kept

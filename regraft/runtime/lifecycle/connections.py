@@ -107,7 +107,7 @@ class Connections:
         for port in self._parts.inputs.values():
             port.hold_buffer = None
         if hold_buffer is not None:
-            hold_buffer.give_out()
+            self._parts.handle_first(hold_buffer.take_all())
 
     def _set_paused(self, paused: bool) -> None:
         for port in self._parts.inputs.values():

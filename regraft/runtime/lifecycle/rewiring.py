@@ -205,8 +205,7 @@ class Rewiring:
         old, port.move = port.key, None
         port.connect(move.key, reliable=self._parts.is_reliable(move.key))
         self._connections.stop_reading(port.name, old)
-        for sample in move.ours():
-            port.deliver(sample)
+        self._parts.handle_first([(port, sample) for sample in move.ours()])
         return {"complete": complete}
 
     def _abandon(self, step: Rewire) -> dict[str, object]:
