@@ -128,14 +128,19 @@ class Membership:
                 sources.pop(name, None)
 
     def leave(self, name: str) -> None:
-        """Let a member go: what it published up to its last acknowledgement is still handled, and nothing beyond."""
-        self.members.pop(name, None)
+        """Let a member go: what it published up to its last acknowledgement is still handled, and nothing beyond.
+
+        Members that have replied to it get a step: they may pursue its goals, and have nothing else to do.
+        """
+        left = self.members.pop(name, None)
+        replies = [key for key in left.inputs if "*" in key] if left is not None else []
         self.wired = {pair for pair in self.wired if name not in pair[1:]}
         for sources in self.published.values():
             sources.pop(name, None)
         for member in self.members.values():
             member.gone.add(name)
             member.ended.add(name)
+            member.due = member.due or any(matches(key, written) for key in replies for written in member.outputs)
             for key in member.on_demand:  # nobody can make any more what has not been opened
                 member.drop(key, name)
         self._changed()

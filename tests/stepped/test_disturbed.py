@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import pytest
 
-from regraft import CallFailed, Component, Input, Output, every, service
+from regraft import CallFailed, Component, Input, Output, action, every, service
 from regraft.bus.interface import Sample
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.protocol.clock import Wiring
@@ -73,6 +73,21 @@ class Dawdler(Component):
         return Text()
 
 
+class Pusher(Component):
+    """Pushes the world for a day, and stops it then."""
+
+    push = Output(Reading)
+
+    @action("walk", feedback=Number)
+    async def walk(self, goal: Number) -> Number:
+        self.push.publish(Reading(self.kit.now(), 2.0))
+        try:
+            await self.kit.sleep(86_400.0)
+        finally:
+            self.push.publish(Reading(self.kit.now(), 0.0))
+        return goal
+
+
 def test_what_a_stranger_tells_the_world_reaches_it_in_a_slot(steps: StepSite) -> None:
     steps.start_world(TinyWorld, (), 3600.0)
     steps.wait_for_time(1.0)
@@ -121,6 +136,16 @@ def test_a_goal_ends_in_step_when_the_run_of_its_client_does(steps: StepSite) ->
     wait_until(lambda: "walker" in steps.runtimes and steps.runtimes["walker"].servers[0].goals, "a goal")
     steps.kill("follower")
     wait_until(lambda: steps.component("walker").ended == ["cancelled"], "the walk to end")
+
+
+def test_a_goal_ends_in_step_however_long_its_action_sleeps(steps: StepSite) -> None:
+    steps.start(Pusher, "pusher")
+    steps.start(Follower, "follower")
+    steps.start_world(TinyWorld, ("follower", "pusher"), 3600.0)
+    steps.wait_for_time(0.5)
+    wait_until(lambda: steps.component("world").v == 2.0, "the world to be pushed")
+    steps.kill("follower")
+    wait_until(lambda: steps.component("world").v == 0.0, "the world to be stopped")
 
 
 def test_a_goal_fails_when_whoever_had_accepted_it_does_not_come_back(steps: StepSite) -> None:
