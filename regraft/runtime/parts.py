@@ -182,16 +182,19 @@ class Parts:
         return bool(self.inbound.ready or self.tasks.in_line)
 
     def work(self) -> None:
-        """Handle all that is ready: samples in their order, then tasks, until nothing is left."""
-        ready, in_line = self.inbound.ready, self.tasks.in_line
+        """Handle all that is ready: samples in their order, then tasks, until nothing is left.
+
+        Tasks come first while a handler is full: most of its calls may only be in line.
+        """
+        tasks, ready, in_line = self.tasks, self.inbound.ready, self.tasks.in_line
         self.fail_if_wanted()
         while ready or in_line:
             try:
-                if ready:
+                if ready and not (tasks.full and in_line):
                     consumer, sample = ready.popleft()
                     consumer.deliver(sample)
                 else:
-                    self.tasks.run()
+                    tasks.run()
             except Exception as error:
                 self.reporter.fault("delivery", error)
             self.fail_if_wanted()
@@ -234,7 +237,7 @@ class Parts:
         answers: bool = False,
     ) -> Callable[..., None]:
         """Return what runs an asynchronous handler or timer; its calls may overlap within bounds."""
-        return Overlap(method, partial(self.spawn, name, answers=answers), left_out).call
+        return Overlap(method, partial(self.spawn, name, answers=answers), left_out, self.tasks).call
 
     def spawn(
         self,

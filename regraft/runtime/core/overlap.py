@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Coroutine
 from typing import Any
 
-from regraft.runtime.core.tasks import RunningTask
+from regraft.runtime.core.tasks import RunningTask, Tasks
 
 MAX_OVERLAPPING = 1000
 """Calls of one asynchronous handler or timer that may be under way at once."""
@@ -21,14 +21,16 @@ class Overlap:
         method: Callable[..., Coroutine[Any, Any, Any]],
         spawn: Callable[[Coroutine[Any, Any, Any], Done], RunningTask],
         left_out: Callable[[], None],
+        tasks: Tasks,
     ) -> None:
-        """``spawn`` runs a coroutine as a task, and calls what else it is given at its end.
+        """``spawn`` runs a coroutine as one of ``tasks``, and calls what else it is given at its end.
 
         ``left_out`` is called where there is no room.
         """
         self._method = method
         self._spawn = spawn
         self._left_out = left_out
+        self._tasks = tasks
         self._under_way = 0
 
     def call(self, *arguments: Any) -> None:
@@ -37,7 +39,9 @@ class Overlap:
             self._left_out()
             return
         self._under_way += 1
+        self._tasks.full += self._under_way == MAX_OVERLAPPING
         self._spawn(self._method(*arguments), self._ended)
 
     def _ended(self) -> None:
+        self._tasks.full -= self._under_way == MAX_OVERLAPPING
         self._under_way -= 1

@@ -71,11 +71,12 @@ class RunningTask:
 
 @dataclass(slots=True)
 class Tasks:
-    """All tasks of one component."""
+    """All tasks of one component. ``full`` is of how many handlers and timers no further call may be under way."""
 
     in_line: deque[RunningTask] = field(default_factory=deque)
     alive: list[RunningTask] = field(default_factory=list)
     current: RunningTask | None = None
+    full: int = 0
 
     def spawn(
         self,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from regraft import CallFailed, Component, Input, Parameter, RefusalCode, every, service
+from regraft import CallFailed, Component, Input, Output, Parameter, RefusalCode, every, service
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import type_of
 from regraft.bus_schema.keys import Keys
@@ -16,8 +16,12 @@ from regraft.runtime.requests import request_server
 from regraft.runtime.requests.request_server import MAX_REQUESTS
 from regraft.testing import Rig
 from tests.kit.parts import Number
+from tests.stepped.parts import TinyWorld
+from tests.support.stepped.step_site import StepSite
 
 TOO_MANY = 30
+BURST = MAX_OVERLAPPING + 200
+SLOW_ONES = MAX_OVERLAPPING - 1
 LATER = Number(1_000_000)
 
 
@@ -56,6 +60,36 @@ class Crowd(Component):
         self.asked = [self.kit.call("wait", Number(value), Number, timeout=1000.0) for value in range(self.many)]
 
 
+class Burst(Component):
+    """Publishes many messages at once, twice."""
+
+    numbers = Output(Number)
+
+    def __init__(self) -> None:
+        self.published = 0
+
+    @every(seconds=1.0)
+    def burst(self) -> None:
+        for number in range(self.published, self.published + BURST):
+            self.numbers.publish(Number(number))
+        self.published += BURST
+
+
+class Prompt(Component):
+    """Is done with most messages at once; with the first ones it takes its time."""
+
+    numbers = Input(Number)
+
+    def __init__(self) -> None:
+        self.begun: list[int] = []
+
+    @numbers.handler
+    async def take(self, number: Number) -> None:
+        self.begun.append(number.value)
+        if number.value < SLOW_ONES:
+            await self.kit.sleep(1e6)
+
+
 def _overruns(rig: Rig) -> list[str]:
     return [event.text.partition(":")[0] for event in rig.events if event.kind == "handler.overrun"]
 
@@ -68,6 +102,20 @@ def test_a_slow_handler_leaves_out_what_would_pile_up_and_counts_it() -> None:
         assert slow.begun == list(range(MAX_OVERLAPPING))
         assert rig.status("slow").lost == TOO_MANY
         assert _overruns(rig) == ["input 'heard'"]
+
+
+def test_a_handler_that_is_done_at_once_takes_however_many_come_together() -> None:
+    steps = StepSite("memory")
+    try:
+        steps.start(Burst, "burst")
+        steps.start(Prompt, "prompt")
+        steps.start_world(TinyWorld, ("burst", "prompt"), 2.5)
+        assert steps.wait_finished().reproducible
+        prompt: Prompt = steps.component("prompt")
+        assert prompt.begun == list(range(2 * BURST))
+        assert steps.runtimes["prompt"].reporter.status.lost == 0
+    finally:
+        steps.close()
 
 
 def test_a_slow_handler_takes_what_comes_when_calls_have_ended() -> None:

@@ -9,6 +9,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.envelope import is_marker
 from regraft.bus_schema.messages.protocol.control import Rewire, RewireStep, SetTransition
 from regraft.bus_schema.model.lifecycle import Transition
+from regraft.runtime.core.overlap import MAX_OVERLAPPING
 from regraft.runtime.data.writers import Writer
 from tests.kit.parts import Number
 from tests.support.stepped.site import Site
@@ -33,6 +34,19 @@ class Careful(Component):
         self.handled.append(number.value)
 
 
+class Prompt(Component):
+    """Is done with each number at once, but by a task."""
+
+    heard = Input(Number)
+
+    def __init__(self) -> None:
+        self.handled: list[int] = []
+
+    @heard.handler
+    async def take(self, number: Number) -> None:
+        self.handled.append(number.value)
+
+
 def _beats(site: Site, careful: Careful) -> list[int]:
     """Return how many numbers were handled at each heartbeat, from now on."""
     beats: list[int] = []
@@ -47,11 +61,11 @@ def _beats(site: Site, careful: Careful) -> list[int]:
     return beats
 
 
-def _put(site: Site, writer: Writer) -> None:
-    """Put all numbers, and wait until they are with the component."""
+def _put(site: Site, writer: Writer, many: int = KEPT) -> None:
+    """Put numbers, and wait until they are with the component."""
     assert writer.wait_for_reader(PATIENCE)
     writer.mark()
-    for number in range(KEPT):
+    for number in range(many):
         writer.put(codec.encode(Number(number)))
     inbound = site.runtimes["careful"].inbound
     wait_until(lambda: inbound.stream(writer.key, "source").handled == writer.sequence, "all to have come")
@@ -80,3 +94,12 @@ def test_an_input_that_has_moved_keeps_the_heartbeat_while_it_handles_what_waite
     _put(site, site.writer("other", Number))
     site.client.control("careful", "connections", Rewire(RewireStep.SWITCH, "heard", "other"))
     _handles_all_and_beats(careful, beats)
+
+
+def test_one_that_goes_on_misses_nothing_however_much_was_kept(site: Site) -> None:
+    prompt, many = site.start(Prompt, "careful"), MAX_OVERLAPPING + 100
+    site.client.control("careful", "transition", SetTransition(Transition.DEACTIVATE, hold=True))
+    _put(site, site.writer("heard", Number), many)
+    site.client.control("careful", "transition", SetTransition(Transition.ACTIVATE))
+    wait_until(lambda: len(prompt.handled) >= many, "all to be handled")
+    assert prompt.handled == [*range(many)]
