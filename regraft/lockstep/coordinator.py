@@ -257,7 +257,7 @@ class Coordinator:
         runtime.work()
         if number == 0:
             runtime.fire()
-        self._settle()
+        self._inbox.settle()
         if error := runtime.fetching.take_error():
             self._fault(CauseCode.MESSAGES_LOST, self._name, error)
         member.next_wake = runtime.timers.next_due()
@@ -297,7 +297,7 @@ class Coordinator:
         """
         outside = tuple(sorted(member.outside))
         if member is self.local:
-            return hold_slot(self._runtime, outside, self._inbox.pump, self._settle)
+            return hold_slot(self._runtime, outside, self._inbox.pump_and_work, self._inbox.settle)
         member.outside.clear()
         self._dispatcher.send({member.name: StepKind.SLOT}, outside=outside)
         with self._admission.opened():
@@ -311,13 +311,6 @@ class Coordinator:
             member = self.membership.members.get(name)
             if member is not None and member.incarnation == incarnation:
                 self._drop(name, CauseCode.LEFT, RUN_ENDED)
-
-    def _settle(self) -> None:
-        """Finish all that the source has begun: heavy work takes wall-clock time, but no simulated time."""
-        self._runtime.work()
-        while self._runtime.compute.under_way:
-            self._inbox.pump()
-            self._runtime.work()
 
     # --- steps and their results ---
 

@@ -6,6 +6,7 @@ Between steps it answers control queries and keeps its heartbeat; its clock is s
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import Any
 
 from regraft.bus.interface import Presence, Sample
@@ -196,7 +197,7 @@ class Member:
             self._settle()  # a run that took over in the slot may have begun heavy work
         elif step.kind is StepKind.SLOT:
             self._clock.advance_to(step.time)
-            touched = hold_slot(self._runtime, step.outside, self._pump_once, self._settle)
+            touched = hold_slot(self._runtime, step.outside, self._pump_and_work, self._settle)
             self._next_slot_request = 0.0
         self._acknowledge(step, touched, error)
         self._runtime.writers.defers = False
@@ -257,8 +258,7 @@ class Member:
         """Finish all that was begun: heavy work takes wall-clock time, but no simulated time."""
         self._runtime.work()
         while self._runtime.compute.under_way:
-            self._pump_once()
-            self._runtime.work()
+            self._pump_and_work()
 
     def _acknowledge(self, step: Step, touched: tuple[str, ...], error: str) -> None:
         runtime = self._runtime
@@ -285,8 +285,15 @@ class Member:
         if not self._link.send(ack):
             self._publisher.put(self._keys.clock("ack"), ack)
 
-    def _pump_once(self) -> None:
-        """Take what arrives, answer control queries, keep the heartbeat."""
+    def _pump_and_work(self) -> None:
+        """Take what arrives, and do what each result of heavy work leads to before the next one is taken.
+
+        How many results have come by now depends on the machine.
+        """
+        self._pump_once(self._runtime.work)
+
+    def _pump_once(self, then: Callable[[], object] = lambda: None) -> None:
+        """Take what arrives, answer control queries, keep the heartbeat; ``then`` is called after each item."""
         runtime = self._runtime
         runtime.answering.answer_parked()
         wait = min(runtime.reporter.beat_if_due(), JOIN_INTERVAL)
@@ -294,4 +301,5 @@ class Member:
         item = runtime.inbox.get(wait if parked is None else min(wait, parked))
         while item is not None:
             runtime.take(item)
+            then()
             item = None if self._step is not None else runtime.inbox.get(0.0)

@@ -36,13 +36,24 @@ class SourceInbox:
 
         return open_and_take
 
-    def pump(self, timeout: float = MAX_WAIT) -> None:
-        """Take what arrives within ``timeout`` seconds, at least what is there."""
+    def settle(self) -> None:
+        """Finish all that the source has begun: heavy work takes wall-clock time, but no simulated time."""
+        self._runtime.work()
+        while self._runtime.compute.under_way:
+            self.pump_and_work()
+
+    def pump_and_work(self) -> None:
+        """Take what arrives, and do what each result of heavy work leads to before the next one is taken."""
+        self.pump(then=self._runtime.work)
+
+    def pump(self, timeout: float = MAX_WAIT, then: Callable[[], object] = lambda: None) -> None:
+        """Take what arrives within ``timeout`` seconds, at least what is there; ``then`` is called after each item."""
         runtime = self._runtime
         runtime.answering.answer_parked()
         item = runtime.inbox.get(min(timeout, runtime.reporter.beat_if_due()))
         while item is not None:
             runtime.take(item)
+            then()
             item = runtime.inbox.get(0.0)
 
     def wait_for_inputs(self, frontier: Frontier, within: Patience) -> bool:

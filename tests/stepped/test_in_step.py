@@ -7,6 +7,7 @@ from collections import Counter
 
 import pytest
 
+from regraft import Component, every
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.protocol.clock import CauseCode, Join
 from regraft.bus_schema.model.lifecycle import State, Transition
@@ -14,6 +15,56 @@ from regraft.lockstep import source
 from tests.stepped.parts import Adviser, Clerk, Pusher, Reading, Sleeper, Text, TinyWorld, Waker, Witness
 from tests.support.stepped.step_site import StepSite
 from tests.support.waiting import PATIENCE, wait_until
+
+
+class Thinker(Component):
+    """Thinks twice at a time, and says then what it does next; the second thought may take until it has said so."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.said: list[str] = []
+        self.has_said = threading.Event()
+        self.waits = False
+
+    @every(seconds=1.0)
+    async def first(self) -> None:
+        self.has_said.clear()
+        await self.kit.compute(int)
+        self.kit.spawn(self._say())
+
+    async def _say(self) -> None:
+        self.said.append("said")
+        self.has_said.set()
+
+    @every(seconds=1.0)
+    async def second(self) -> None:
+        await self.kit.compute(self.has_said.wait, PATIENCE if self.waits else 0.0)
+        self.said.append("thought")
+
+    @every(seconds=1.0)
+    def be_busy(self) -> None:
+        """Look at nothing until both thoughts are done, if none waits for the other."""
+        if not self.waits:
+            both = threading.Event()
+            self.kit.compute(both.set)
+            assert both.wait(PATIENCE)
+
+
+class SlowThinker(Thinker):
+    """Does not have its second thought before it has said what the first one was."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.waits = True
+
+
+class ThinkingWorld(Thinker, TinyWorld):
+    """A world that thinks."""
+
+
+class SlowlyThinkingWorld(SlowThinker, TinyWorld):
+    """A world that thinks slowly."""
+
 
 EVERYBODY = ("adviser", "clerk", "pusher", "witness")
 
@@ -49,6 +100,23 @@ def test_equal_runs_are_equal_on_every_bus_and_others_differ() -> None:
     runs = {_digest("memory"), _digest("memory"), _digest("zenoh"), _digest("zenoh")}
     assert len(runs) == 1
     assert _digest("memory", goal=4.0) not in runs
+
+
+@pytest.mark.parametrize("cls", [Thinker, SlowThinker])
+def test_what_heavy_work_leads_to_comes_in_the_same_order_on_every_machine(
+    steps: StepSite, cls: type[Component]
+) -> None:
+    steps.start(cls, "thinker")
+    steps.start_world(TinyWorld, ("thinker",), 3.5)
+    steps.wait_finished()
+    assert steps.component("thinker").said == ["said", "thought"] * 3
+
+
+@pytest.mark.parametrize("cls", [ThinkingWorld, SlowlyThinkingWorld])
+def test_so_it_does_in_the_source_of_time(steps: StepSite, cls: type[TinyWorld]) -> None:
+    steps.start_world(cls, (), 3.5)
+    steps.wait_finished()
+    assert steps.component("world").said == ["said", "thought"] * 3
 
 
 def test_time_goes_on_at_the_rate_of_ticks(steps: StepSite) -> None:
