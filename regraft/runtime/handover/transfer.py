@@ -83,6 +83,7 @@ class Transfer:
             {timer.name: timer.due for timer in self._parts.timers.periodic},
             dict(self._parts.writers.advanced) if self._parts.stepped else {},
             tuple(self._parts.presence.requirements.values()),
+            self._parts.requests.given,
         )
 
     def set_clock(self, now: int, tick: int | None) -> None:
@@ -116,6 +117,8 @@ class Transfer:
         else:
             self._parts.reporter.beat()
         self._take_streams(handed)
+        # Behind all that may fail: a frozen run that speaks again waits for its goals.
+        self._parts.requests.cancel_given(handed.goals)
         silent = self._parts.clock.now() - handed.frozen_at
         recent = {id(sample) for sample in held.since_mark()}
         samples = held.take_all()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from typing import TypeVar
 
 from regraft.bus.interface import Sample
@@ -85,9 +85,27 @@ class RequestClient(RequestProtocol):
         self._watch(pending, now + round(accept_within * 1e9))
         return given
 
+    @property
+    def given(self) -> dict[str, tuple[int, ...]]:
+        """The numbers of the goals under way that end with this run, by service."""
+        found: dict[str, tuple[int, ...]] = {}
+        for pending in self.under_way():
+            if pending.request.verb is Verb.GOAL and not pending.request.outlives:
+                found[pending.service] = (*found.get(pending.service, ()), pending.request.number)
+        return found
+
+    def cancel_given(self, goals: Mapping[str, Iterable[int]]) -> None:
+        """Cancel the goals that the run before had given, by service: here nobody waits for them."""
+        for service, numbers in goals.items():
+            for number in numbers:
+                self._put(service, Request(self.client, number, Verb.CANCEL))
+
     def send(self, pending: PendingRequest, request: Request) -> None:
         """Put a request; the first one at a service waits a moment for somebody who offers it."""
-        writer = self._writer(pending.service)
+        self._put(pending.service, request)
+
+    def _put(self, service: str, request: Request) -> None:
+        writer = self._writer(service)
         if writer.fresh:
             writer.wait_for_reader(WAIT_FOR_SERVER)
         writer.put(codec.encode(request))

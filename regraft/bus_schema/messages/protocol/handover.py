@@ -136,7 +136,8 @@ class HandedOver:
     ``epoch``; ``unhandled`` what had come but was not handled, without what the successor holds itself; ``inputs``
     per port its newest message, then what it keeps; ``asked`` the number of the last request made; ``reads`` every key
     read; ``timers`` when each is due, in nanoseconds. ``advanced`` (in step only) is what it has published and not yet
-    acknowledged. ``requirements`` are the latest reports of them.
+    acknowledged. ``requirements`` are the latest reports of them; ``goals`` the numbers of goals, by service, that it
+    has given others and that end with it.
     """
 
     snapshot: Snapshot
@@ -154,3 +155,4 @@ class HandedOver:
     timers: dict[str, Count]
     advanced: dict[str, Count] = field(default_factory=dict)
     requirements: tuple[Quality, ...] = ()
+    goals: dict[str, tuple[Count, ...]] = field(default_factory=dict)
