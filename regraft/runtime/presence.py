@@ -49,6 +49,7 @@ class Presence:
         self._reporter = reporter
         self._stepped = stepped
         self._declared: list[Closable] = []
+        self._replies: tuple[str, Closable] | None = None
         self._token: Closable | None = None
         self._seen_as: int | None = None
         self._gone_hosts: set[str] = set()
@@ -81,10 +82,17 @@ class Presence:
             self.link_renewed()
 
     def listen_for_replies(self) -> None:
-        """Read the replies to this component's requests, under the name by which it asks now."""
-        replies = self._keys.reply("**", self._requests.client)
-        self._inbound.add(replies, self._requests)
-        self._declared.append(self._bus.subscribe(replies, self._inbox.put))
+        """Read the replies to this component's requests, under the name by which it asks now, and under no other.
+
+        The goals of a client whose replies nobody reads are ended.
+        """
+        if self._replies is not None:
+            key, subscription = self._replies
+            self._inbound.remove(key)
+            subscription.close()
+        key = self._keys.reply("**", self._requests.client)
+        self._inbound.add(key, self._requests)
+        self._replies = key, self._bus.subscribe(key, self._inbox.put)
 
     def listen_for_requests(self) -> None:
         """Read the requests to this component's services."""
@@ -124,6 +132,8 @@ class Presence:
         """Take the token and all that was declared off the bus."""
         if self._token is not None:
             self._token.close()
+        if self._replies is not None:
+            self._replies[1].close()
         for closable in reversed(self._declared):
             closable.close()
         self._declared.clear()

@@ -42,6 +42,13 @@ class Detached(Sender):
     outlives = True
 
 
+class Idle(Sender):
+    """Has nobody walk."""
+
+    def on_activate(self) -> None:
+        pass
+
+
 class Hopeless(Sender):
     """Cannot begin."""
 
@@ -112,3 +119,11 @@ def test_the_goal_of_a_successor_ends_when_its_incumbent_takes_over_again(site: 
     wait_until(lambda: _goals(site), "the second walk to begin")
     site.take_back("sender", 1)
     wait_until(lambda: not _goals(site), "the second walk to end")
+
+
+def test_a_goal_ends_where_its_client_has_died_and_the_successor_goes_on_alone(site: Threads) -> None:
+    _start(site)
+    successor = site.spawn(Idle, "sender")
+    site.kill("sender", 1)
+    site.step("sender", successor, HandoverStep.PROMOTE)
+    wait_until(lambda: not _goals(site), "the walk to end")
