@@ -13,7 +13,7 @@ from tests.adaptation.parts import Ticker
 from tests.adaptation.system import SYSTEM, System, spec_of
 from tests.handover.parts import Totaller
 from tests.handover.test_given_goals import Sender
-from tests.support.waiting import wait_until
+from tests.support.waiting import PATIENCE, wait_until
 
 
 def _goals(system: System) -> list[RunningGoal]:
@@ -40,7 +40,7 @@ def test_the_goal_of_a_client_that_is_swapped_ends_in_step(tmp_path: Path) -> No
         report = system.adapt(Swap("sender"))
         assert report.outcome is Outcome.APPLIED, report
         wait_until(lambda: not _goals(system), "the walk to end")
-        told = system.client.clock()
+        told = system.client.clock(PATIENCE)
         assert told is not None
         assert told.reproducible
     finally:
