@@ -20,6 +20,7 @@ from regraft.bus_schema.messages.protocol.host import StartSuccessor
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, Constraint, TopicSpec
 from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.robots.scopes import scope_of
 from regraft.client import Client
 from regraft.component.component import Component, class_path, describe
 from regraft.runtime.core.assignment import Assignment, Succession
@@ -102,6 +103,7 @@ class System:
             revision=self.host.revision,
             term=self.host.term,
             simulated=self.architecture.simulated,
+            scope=scope_of(name, self.architecture.topics),
             members=tuple(other for other in {**self.architecture.components, **self.running} if other != name),
             succeeds=succession,
         )

@@ -17,7 +17,8 @@ from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
 from regraft.bus_schema.model.adaptation import EnterMode
 from tests.metacontrol.control import bench
 from tests.metacontrol.control.bench import PATROL, SKILLS, BreakableReasoner, perform
-from tests.metacontrol.control.parts import PLANNER, Director
+from tests.metacontrol.control.parts import PLANNER, Break, Director
+from tests.support.waiting import PATIENCE
 
 HUGE = {"safety": 1e308, "performance": 1e308, "energy": 1e308}
 SHARED = (
@@ -30,6 +31,14 @@ Realization normal of to_watch {
 };
 """
 )
+OF_ROBOT = SKILLS.replace("Component laser", "Component robot/laser")
+
+
+def have_robot(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have the laser belong to a robot: its component ``robot.laser`` is ``robot/laser`` in skills."""
+    monkeypatch.setattr(bench, "PARTS", ("robot.laser", *bench.PARTS[1:]))
+    topics = "topics:\n  robot/scan: {{type: modes/Sample}}\n"
+    monkeypatch.setattr(bench, "STACK", bench.STACK.replace("topics:\n", topics))
 
 
 @pytest.mark.parametrize("name", ["  ", "a\nb", "a\0b", "\x1b[2J", "a\u202eb"])
@@ -116,6 +125,39 @@ def test_a_mode_of_another_skill_in_the_same_system_is_not_taken_over(
         assert (await director.status("patrol")).mode == "robot.normal"
 
     perform(tmp_path, script)
+
+
+def test_the_failure_of_a_component_with_a_slash_in_its_name_is_seen(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    have_robot(monkeypatch)
+
+    async def script(director: Director) -> None:
+        await director.add(PATROL)
+        await director.kit.call("robot/parts/laser/break", Break(), Break, timeout=PATIENCE)
+        await director.wait(1.0)
+        assert (await director.status("patrol")).realization == "degraded"
+        director.mend("robot.laser")
+        await director.wait(1.0)
+        assert (await director.status("patrol")).realization == "normal"
+
+    perform(tmp_path, script, skills=OF_ROBOT)
+
+
+@pytest.mark.parametrize("name", ["robot.laser", "robot/laser"])
+def test_an_observer_names_a_component_as_the_stack_or_the_skills_do(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    have_robot(monkeypatch)
+
+    async def script(director: Director) -> None:
+        await director.add(PATROL)
+        director.report_component(name, "FALSE")
+        await director.wait(1.0)
+        found = await director.status("patrol")
+        assert (found.realization, found.attempts[0].realization) == ("degraded", "normal")
+
+    perform(tmp_path, script, skills=OF_ROBOT)
 
 
 def test_a_proposal_for_a_present_objective_of_other_content_is_refused_and_changes_nothing(tmp_path: Path) -> None:

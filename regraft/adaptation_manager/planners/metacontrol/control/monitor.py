@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any, Final
 
 from regraft.adaptation_manager.planners.metacontrol.control.measurements import EVERY, Measurements
@@ -11,6 +11,7 @@ from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Mode
 from regraft.adaptation_manager.planners.metacontrol.knowledge.rules.terms import local_name
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import ComponentStatus
 from regraft.adaptation_manager.planners.metacontrol.knowledge.vocabulary import DEFAULT_CONTEXT
+from regraft.adaptation_manager.planners.metacontrol.skills.checks.in_stack import component_in_stack
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.health import Diagnostic, Level
 from regraft.bus_schema.messages.management.objectives import (
@@ -48,8 +49,10 @@ class Monitor:
         """Begin, or continue from what ``remembered`` returned. ``contexts`` are those that there are."""
         known = memory or {}
         self._model = model
-        self._components = {component_in_scope(scope, local_name(name)): name for name in model.components}
         self._short = {local_name(name): name for name in model.components}
+        named = {component_in_stack(short): name for short, name in self._short.items()} | self._short
+        self._components = {component_in_scope(scope, short): name for short, name in named.items()}
+        self._observed = named | self._components
         self._qualities = {local_name(name): name for name in model.qualities}
         self.contexts = tuple(contexts)
         context = known.get("context", DEFAULT_CONTEXT)
@@ -106,6 +109,10 @@ class Monitor:
             if each.kind not in ends and self._over.get(each.component) != each.stamp
         }
 
+    def individuals(self, components: Iterable[str]) -> frozenset[str]:
+        """Return the components of the knowledge base among those of the system, which go by their full names."""
+        return frozenset(self._components[name] for name in components if name in self._components)
+
     def see_removed(self, components: Collection[str]) -> None:
         """Take the components that were removed from the stack: as long as they are, they have failed."""
         self._removed = set(components)
@@ -137,7 +144,7 @@ class Monitor:
         self.context = context
 
     def _take_component(self, key: str, value: PlainValue) -> None:
-        name = self._components.get(key) or self._short.get(key)
+        name = self._observed.get(key)
         if name is None:
             raise Implausible(no_such("component", key, self._short))
         word = str(value).upper()
@@ -184,7 +191,7 @@ class Monitor:
     @property
     def failed(self) -> frozenset[str]:
         """The components of the knowledge base that have failed, by any source."""
-        return frozenset(self._components[name] for name in self.down if name in self._components) | self._reported
+        return self.individuals(self.down) | self._reported
 
     @property
     def down(self) -> frozenset[str]:

@@ -24,7 +24,6 @@ from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import S
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.management.objectives import Attempt
 from regraft.bus_schema.model.architecture import Architecture
-from regraft.bus_schema.model.robots.scopes import component_in_scope
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,7 +166,7 @@ class ControlState:
     def failed(self, decisions: Iterable[Decision], components: Iterable[str], why: str, now: float) -> None:
         """Let designs rest that could not be put in place."""
         # A component that was down ends the rest when it is back, though the knowledge base may not have it.
-        blamed = self._individuals(components) | (self.monitor.down & set(components))
+        blamed = self.monitor.individuals(components) | (self.monitor.down & set(components))
         for each in decisions:
             if each.design is not None:
                 self.resting.add(each.design, each.objective, now, blamed, f"it could not be entered: {why}")
@@ -181,10 +180,6 @@ class ControlState:
 
     def _is_choice(self, design: str) -> bool:
         return design in self.model.designs and not self.model.designs[design].is_rest
-
-    def _individuals(self, components: Iterable[str]) -> frozenset[str]:
-        known = {component_in_scope(self.scope, local_name(name)): name for name in self.model.components}
-        return frozenset(known[name] for name in components if name in known)
 
 
 def why_left(decision: Decision) -> str:
