@@ -48,6 +48,12 @@ class Wheels(Component):
         return {"speed": speed, "power": power, "slope": float(context.get("slope", 0.0))}
 
 
+class FastWheels(Wheels):
+    """Drives faster where nobody states otherwise."""
+
+    max_velocity = Parameter(0.5, minimum=0.0, maximum=1.0, unit="m/s")
+
+
 class LightWheels(Wheels):
     """Takes half of the power."""
 
@@ -160,6 +166,18 @@ def test_another_class_is_asked_for_its_own_estimate() -> None:
     assert found.option is not None
     assert found.option.values == (0.5, "LightWheels")
     assert found.changes == (Swap("wheels", class_path(LightWheels), {"max_velocity": 0.5}),)
+
+
+def test_a_value_that_only_the_default_of_the_former_class_gave_is_given_to_the_next() -> None:
+    kinds = tuple(
+        Alternative(cls.__name__, (Setting("wheels", Kind.CLASS, "", class_path(cls)),)) for cls in (Wheels, FastWheels)
+    )
+    rulebook = Rulebook()
+    rulebook.exclude("only the fast ones are left", [Slot("wheels_class", kinds)], 0, 0b01)
+    found = chosen([Slot("wheels_class", kinds), SPEED], "-abs(wheels.speed - 0.26)", rulebook=rulebook)
+    assert found.option is not None
+    assert found.option.values == ("FastWheels", 0.26)
+    assert found.changes == (Swap("wheels", class_path(FastWheels), {"max_velocity": 0.26}),)
 
 
 def test_what_stands_stays_unless_something_is_better_by_the_margin() -> None:

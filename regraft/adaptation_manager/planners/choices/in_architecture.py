@@ -82,7 +82,7 @@ def changes_for(settings: Sequence[Setting], architecture: Architecture) -> tupl
     """Return what must be changed in an architecture so that settings are in force; nothing if they are.
 
     Added, exchanged and moved components come first, removed ones last. A component that is exchanged or added gets
-    its parameters and connections with that.
+    its parameters and connections with that. One that is exchanged gets all of its parameters that settings give.
     """
     parts = _parts(settings, architecture)
     first: list[Change] = []
@@ -102,8 +102,11 @@ def changes_for(settings: Sequence[Setting], architecture: Architecture) -> tupl
 
 def _parts(settings: Sequence[Setting], architecture: Architecture) -> dict[str, _Part]:
     parts: dict[str, _Part] = {}
+    swapped = {each.component for each in settings if each.kind is Kind.CLASS and not stands(each, architecture)}
     for setting in settings:
-        if stands(setting, architecture):
+        # A value that stands may be the former class's default: the next class may have another one.
+        is_lost = setting.kind is Kind.PARAMETER and setting.component in swapped
+        if stands(setting, architecture) and not is_lost:
             continue
         part = parts.setdefault(setting.component, _Part())
         match setting.kind:
