@@ -222,6 +222,37 @@ def test_a_component_that_a_decision_adds_has_the_topics_and_services_of_the_pla
         assert change.spec.services == {"help": "rescuer/help"}
 
 
+ABSENT = """\
+choices:
+  spare:
+    alternatives:
+      none: {set: {component: spare, present: false}}
+  speed: {component: spare, parameter: speed, values: [1, 2]}
+objective: {utility: "0.7", settle: 0}
+"""
+
+
+def test_an_option_of_which_a_component_is_absent_is_credited(tmp_path: Path) -> None:
+    with bench(tmp_path, "bandits", ABSENT) as on:
+        first = on.propose()
+        on.rig.advance(2.0)
+        credit = {"ticket": first.ticket, "utility": 0.7, "from": first.choice["measure_from"], "to": 2.0}
+        told = on.propose(credit=credit, apply=False).choice["credit"]
+        assert told == {"ticket": first.ticket, "credited": True, "utility": 0.7, "why": ""}
+
+
+def test_an_option_of_which_an_absent_component_was_added_since_is_not_credited(tmp_path: Path) -> None:
+    with bench(tmp_path, "bandits", ABSENT) as on:
+        first = on.propose()
+        on.rig.advance(2.0)
+        added = on.manager.architecture.with_component(spec(Careful, "spare"))
+        on.manager.architecture = replace(added, revision=added.revision + 1)
+        credit = {"ticket": first.ticket, "utility": 0.7, "from": first.choice["measure_from"], "to": 2.0}
+        told = on.propose(credit=credit, apply=False).choice["credit"]
+        assert told["credited"] is False
+        assert told["why"].startswith("somebody else has changed spare.")
+
+
 @pytest.mark.parametrize(("darkness", "what"), [(0.2, "fault"), (0.7, "requirement")])
 def test_faults_and_requirements_are_those_of_the_robot_that_the_planner_belongs_to(
     tmp_path: Path, darkness: float, what: str

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from regraft.adaptation_manager.planners.bandits.credit import Credit, seconds
-from regraft.adaptation_manager.planners.choices.in_architecture import stands
+from regraft.adaptation_manager.planners.choices.in_architecture import not_in_force
 from regraft.adaptation_manager.planners.choices.settings import Kind, Setting
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.architecture import Architecture
@@ -40,7 +40,7 @@ class Ticket:
             return f"measured from {seconds(credit.begin)}, but {since}"
         if self.until is not None and credit.end > self.until + ROUNDING:
             return f"measured until {seconds(credit.end)}, but the choice stood until {seconds(self.until)} only"
-        changed = [each for each in self.settings if self.until is None and not stands(each, architecture)]
+        changed = not_in_force(self.settings, architecture) if self.until is None else []
         if changed:
             what = f"{changed[0].component}.{changed[0].member or 'state'}"
             return f"somebody else has changed {what} since"

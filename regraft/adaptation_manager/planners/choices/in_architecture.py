@@ -44,13 +44,17 @@ def stands(setting: Setting, architecture: Architecture) -> bool:
     return identity(effective_parameter(spec.description, spec.parameters, setting.member)) == identity(setting.value)
 
 
-def all_stand(settings: Iterable[Setting], architecture: Architecture) -> bool:
-    """Return whether all settings are in force in an architecture, those of a component that is to be absent aside."""
+def not_in_force(settings: Iterable[Setting], architecture: Architecture) -> list[Setting]:
+    """Return the settings that are not in force, those of a component that is to be absent aside."""
     every = list(settings)
     absent = {each.component for each in every if each.kind is Kind.PRESENCE and not each.value}
-    return all(
-        stands(each, architecture) for each in every if each.kind is Kind.PRESENCE or each.component not in absent
-    )
+    counted = [each for each in every if each.kind is Kind.PRESENCE or each.component not in absent]
+    return [each for each in counted if not stands(each, architecture)]
+
+
+def all_stand(settings: Iterable[Setting], architecture: Architecture) -> bool:
+    """Return whether all settings are in force in an architecture, those of a component that is to be absent aside."""
+    return not not_in_force(settings, architecture)
 
 
 def goal_of(setting: Setting) -> State:
