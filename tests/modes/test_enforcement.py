@@ -71,6 +71,17 @@ def test_a_manual_change_wins_for_a_while() -> None:
     assert _due(made, 40.0, bad=True) == "degraded"
 
 
+def test_an_undo_back_to_no_target_is_a_manual_change_too() -> None:
+    made = _begun("")
+    _due(made, 1.0, bad=True)
+    made.asking(DEGRADE)
+    made.entered(DEGRADE, 1.2, TIMES)
+    assert made.see(_modes("degraded"), 1.3, TIMES) == []
+    assert made.see(_modes(""), 10.0, TIMES) == [""]
+    assert _due(made, 39.9, bad=True) == ""
+    assert _due(made, 40.0, bad=True) == "degraded"
+
+
 def test_a_setting_that_was_changed_by_hand_is_a_manual_change_too() -> None:
     made = _begun("degraded")
     _due(made, 0.0, bad=True)

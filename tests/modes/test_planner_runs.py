@@ -7,10 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from regraft.bus_schema.messages.management.manager import CancelAdaptation
+from regraft.bus_schema.messages.management.manager import (
+    CancelAdaptation,
+    JournalPage,
+    JournalRequest,
+    UndoAdaptation,
+)
 from regraft.bus_schema.model.adaptation import (
     ADAPT,
     CANCEL,
+    JOURNAL,
     AdaptationReport,
     AdaptationRequest,
     Add,
@@ -93,6 +99,22 @@ def test_a_manual_change_is_known_by_the_next_run(tmp_path: Path, change: Way) -
         perform(system)
         remembers = change in (_swap, _rest)
         assert entered(system) == [DEGRADED] if remembers else [DEGRADED, DEGRADED]
+
+
+def test_rules_leave_a_system_alone_whose_first_mode_somebody_has_undone(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        await director.until(FAILS_AT + 1.0)
+        page = await director.kit.call(JOURNAL, JournalRequest(limit=1), JournalPage, timeout=PATIENCE)
+        undo = UndoAdaptation(page.entries[0].id, actor="director")
+        report = await director.kit.call("adaptation_manager/undo", undo, AdaptationReport, timeout=PATIENCE)
+        assert report.outcome is Outcome.APPLIED, report
+        assert (await director.modes()).target == ""
+        await director.kit.sleep(5.0)
+
+    with running(tmp_path, LASTING, script) as system:
+        perform(system)
+        assert entered(system) == [DEGRADED]
+        assert [event.kind for event in system.events if event.kind == "modes.manual"] == ["modes.manual"]
 
 
 async def _stop(director: Director, how: str, begin: float, end: float) -> None:

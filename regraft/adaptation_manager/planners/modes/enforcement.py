@@ -120,7 +120,8 @@ class Enforcement:
                 self.parts[part] = PartMemory(target, as_asked)
                 continue
             is_other = (target, as_asked) != (memory.target, memory.as_asked)
-            if is_other and not (as_asked and target in (memory.asked, own.get(part, memory.asked))):
+            is_own = bool(target) and target in (memory.asked, own.get(part))
+            if is_other and not (as_asked and is_own):
                 memory.manual_until = now + times.manual_hold
                 changed.append(part)
             memory.target, memory.as_asked = target, as_asked
