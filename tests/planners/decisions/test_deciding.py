@@ -222,6 +222,42 @@ def test_a_component_that_a_decision_adds_has_the_topics_and_services_of_the_pla
         assert change.spec.services == {"help": "rescuer/help"}
 
 
+NEAR = 'near: "1.0 if darkness > 0.5 else 0.0"'
+
+
+def test_what_the_forecast_assumes_may_speak_of_weights(tmp_path: Path) -> None:
+    weighed = 'near: "1.0 if darkness * caution > 0.5 else 0.0"}\n  weights: {caution: 1.0 + darkness'
+    with bench(tmp_path, "forecast", PACE.replace(NEAR, weighed)) as on:
+        on.dark(0.3)
+        assert on.propose(apply=False).choice["option"] == {"pace": 0.26}
+        on.dark(0.4)
+        assert on.propose(apply=False).choice["option"] == {"pace": 0.1}
+
+
+def test_what_the_forecast_assumes_may_speak_of_sums_of_figures(tmp_path: Path) -> None:
+    pace = "  pace: {component: navigator, parameter: max_velocity, values: [0.1, 0.18, 0.26]}\n"
+    light = """\
+  lamp: {alternatives: {off: {figures: {light: 0}}, on: {figures: {light: 1}}}}
+constraints: [{forbid: {lamp: on}}]
+"""
+    summed = NEAR.replace("darkness > 0.5", "darkness - total.light > 0.5")
+    with bench(tmp_path, "forecast", PACE.replace(pace, pace + light).replace(NEAR, summed)) as on:
+        on.dark(0.4)
+        assert on.propose(apply=False).choice["option"] == {"pace": 0.26, "lamp": "off"}
+        on.dark(0.7)
+        assert on.propose(apply=False).choice["option"] == {"pace": 0.1, "lamp": "off"}
+
+
+@both
+def test_what_is_known_without_an_assumption_holds_though_that_is_unknown(tmp_path: Path, name: str) -> None:
+    slow = "constraints: [{require: pace < 0.2}]\nqualities:"
+    text = PACE.replace("qualities:", slow).replace("utility: speed * safety", 'utility: "0.0 + pace"')
+    with bench(tmp_path, name, text) as on:
+        chosen = on.propose(apply=False).choice
+        assert chosen["option"]["pace"] in (0.1, 0.18)
+        assert "darkness is not known" not in chosen["notes"]
+
+
 ABSENT = """\
 choices:
   spare:

@@ -90,6 +90,31 @@ def test_an_expression_of_the_wrong_kind_is_named(
 
 
 @pytest.mark.parametrize(
+    ("assumed", "weight", "name"),
+    [
+        ("wheels.speed * 2", "2.0", "wheels.speed"),
+        ("seeing * 2", "1.0 + wheels.speed", "wheels.speed"),
+        ("dark if camera.clearness > 1 else 0", "2.0", "camera.clearness"),
+    ],
+)
+def test_an_assumption_speaks_of_no_estimate(tmp_path: Path, assumed: str, weight: str, name: str) -> None:
+    given = f'seeing: "{weight}"}}\n  assume: {{far: "{assumed}"'
+    (found,) = _problems(tmp_path, ('seeing: "2.0 if dark > 0.5 else 1.0"', given))
+    assert (found.field, found.line) == ("objective.assume.far", 29)
+    assert found.problem == f"{name} is an estimate, and estimates are worked out from what is assumed"
+
+
+@pytest.mark.parametrize(
+    "assumed",
+    ["seeing * dark", "total.sight + radio.reach", "speed if radio == 'silent' else 0.0", "qualities.Safe.degree",
+     "near * 2"],
+)  # fmt: skip
+def test_an_assumption_speaks_of_what_is_known_and_chosen(tmp_path: Path, assumed: str) -> None:
+    given = f'seeing: "2.0"}}\n  assume: {{near: "0.5 * dark", far: "{assumed}"'
+    read_decision(written(tmp_path, RESCUER.replace('seeing: "2.0 if dark > 0.5 else 1.0"', given)))
+
+
+@pytest.mark.parametrize(
     "condition",
     ["hot", "not hot", "known(hot, False)", "dark > 0.2 or hot", "radio == 'silent' and speed < 0.2", "hot == 1",
      "True if hot else dark < 0.1", "min(dark, hot) > 0", "'a' + radio == 'asilent'", "qualities.Safe.satisfied"],
@@ -113,6 +138,8 @@ def test_what_may_be_a_condition_is_taken_as_one(tmp_path: Path, condition: str)
           ("infrared:   {", "infrared: {otherwise: {component: drive, state: inactive}, ")],
          "choices.senses.alternatives.infrared.otherwise"),
         ([("seeing: \"2.0 if dark", "seeing: \"2.0 fi dark")], "objective.weights.seeing"),
+        ([("seeing: \"2.0 if dark > 0.5 else 1.0\"", "seeing: \"2.0\"}\n  assume: {far: radio.raech")],
+         "objective.assume.far"),
         ([("field: charge}", "feild: charge}")], "context.charge"),
     ],
 )  # fmt: skip

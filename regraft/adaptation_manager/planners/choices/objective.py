@@ -81,12 +81,19 @@ class Evaluation:
         self.context = context
         self.unknown: dict[str, None] = {}
         self._index = {slot.name: index for index, slot in enumerate(slots)}
-        self._assumed = dict(objective.assume)
         self.measured = dict(measured or {})
         named = {**objective.named, **self._totals()}
         self._named = {name: each for name, each in named.items() if name not in self.measured}
+        self.assumed = self._assumptions()
         self._scopes: dict[str, frozenset[int]] = {}
         self._estimated: dict[tuple[Any, ...], Mapping[str, float | Unknown] | Unknown] = {}
+
+    def _assumptions(self) -> dict[str, Expression]:
+        """Return the assumptions with what they name put in; an earlier one comes before what else has its name."""
+        found: dict[str, Expression] = {}
+        for name, expression in self.objective.assume:
+            found[name] = _put_in(expression, {each: e for each, e in self._named.items() if each not in found})
+        return found
 
     # --- the objective as terms ---
 
@@ -100,9 +107,7 @@ class Evaluation:
 
     def whole(self, expression: Expression) -> Expression:
         """Return an expression with what it names put in."""
-        if not any(name in self._named for name in expression.names):
-            return expression
-        return Expression(ast.unparse(inlined(expression, self._named)))
+        return _put_in(expression, self._named)
 
     def _term(self, expression: Expression) -> Term:
         scope = sorted(self.scope(expression))
@@ -192,8 +197,8 @@ class Evaluation:
             estimated = self.measured[name].estimated
             yield from self.scope(self.whole(estimated)) if estimated is not None else ()
             return
-        if name in self._assumed:
-            yield from self.scope(self._assumed[name])
+        if name in self.assumed:
+            yield from self.scope(self.assumed[name])
         if name in self._index:
             yield self._index[name]
         owner, _, figure = name.rpartition(".")
@@ -201,7 +206,7 @@ class Evaluation:
             yield self._index[owner]
         if figure and self.knows(owner):
             yield from (index for index, slot in enumerate(self.slots) if self._concerns(slot, owner))
-            for assumed in self._assumed:
+            for assumed in self.assumed:
                 yield from self._scope(assumed)
 
     def _concerns(self, slot: Slot, component: str) -> bool:
@@ -265,15 +270,22 @@ class Evaluation:
 
 
 class Values(Mapping[str, Any]):
-    """The values of names where some slots are chosen; raises Unknown if an assumption cannot be worked out."""
+    """The values of names where some slots are chosen.
+
+    An assumption that cannot be worked out is unknown, and with it all estimates: any may depend on it.
+    """
 
     def __init__(self, evaluation: Evaluation, chosen: Mapping[int, int]) -> None:
         self._evaluation = evaluation
         self._chosen = chosen
         self._assumed: dict[str, Any] = {}
-        for name, expression in evaluation.objective.assume:
+        self._unknown: dict[str, Unknown] = {}
+        for name, expression in evaluation.assumed.items():
             if evaluation.scope(expression) <= chosen.keys():
-                self._assumed[name] = expression.value(_Plain(self._plain))
+                try:
+                    self._assumed[name] = expression.value(_Plain(self._plain))
+                except Unknown as error:
+                    self._unknown[name] = error
 
     def __getitem__(self, name: str) -> Any:
         """Return a value; raises KeyError or Unknown."""
@@ -281,6 +293,8 @@ class Values(Mapping[str, Any]):
             return self._evaluation.quality(name, self._chosen, self)
         component, _, quality = name.rpartition(".")
         if quality and self._evaluation.knows(component):
+            if self._unknown:
+                raise next(iter(self._unknown.values()))
             found = self._evaluation.estimates(component, self._chosen, self._assumed)
             value = found.get(quality)
             if isinstance(value, Unknown):
@@ -290,6 +304,8 @@ class Values(Mapping[str, Any]):
         return self._plain(name)
 
     def _plain(self, name: str) -> Any:
+        if name in self._unknown:
+            raise self._unknown[name]
         if name in self._assumed:
             return self._assumed[name]
         try:
@@ -320,6 +336,13 @@ def finite(value: Any, name: str) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         raise Unknown(f"{name} is {value}, which counts as unknown")
     return value
+
+
+def _put_in(expression: Expression, named: Mapping[str, Expression]) -> Expression:
+    """Return an expression with named ones in the place of their names; raises BadMessage."""
+    if not any(name in named for name in expression.names):
+        return expression
+    return Expression(ast.unparse(inlined(expression, named)))
 
 
 def _sum_text(figure: str, slots: Sequence[str]) -> str:

@@ -9,7 +9,7 @@ from typing import Final
 from regraft.adaptation_manager.planners.choices.objective import TOTAL
 from regraft.adaptation_manager.planners.choices.slots import Slot
 from regraft.adaptation_manager.planners.decisions.kinds import check_kinds
-from regraft.adaptation_manager.planners.decisions.model import Decision, expressions_of
+from regraft.adaptation_manager.planners.decisions.model import NO_COMPONENTS, Decision, expressions_of
 from regraft.adaptation_manager.planners.decisions.sections.choices import read_choices
 from regraft.adaptation_manager.planners.decisions.sections.constraints import read_constraints
 from regraft.adaptation_manager.planners.decisions.sections.context import NAME, read_context
@@ -96,7 +96,21 @@ def _check_names(decision: Decision, given: set[str], objective: Section, report
             of_choice = name in choices or name.startswith(f"{TOTAL}.")
             if name not in known and ("." not in name or (is_first and of_choice)):
                 report.add(path, f"nothing is called {name!r} here; {instead_of(name, known)}")
+    _check_assumptions(decision, choices, report)
     _check_triggers(decision, report)
+
+
+def _check_assumptions(decision: Decision, choices: set[str], report: Report) -> None:
+    """Note estimates in assumptions, also those that they speak of by weights; ``choices`` are no estimates."""
+    for name, expression in decision.assume:
+        weights = [decision.weights[each] for each in expression.names if each in decision.weights]
+        spoken = dict.fromkeys(each for part in (expression, *weights) for each in part.names)
+        for each in [each for each in spoken if "." in each and each not in choices]:
+            owner, _, _ = each.rpartition(".")
+            is_misspelt = owner in choices and near(each, choices) is not None
+            if each.split(".")[0] not in NO_COMPONENTS and not is_misspelt:
+                why = f"{each} is an estimate, and estimates are worked out from what is assumed"
+                report.add(f"objective.assume.{name}", why)
 
 
 def _check_figures(decision: Decision, report: Report, *, complete: bool) -> None:
