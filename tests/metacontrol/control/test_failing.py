@@ -12,7 +12,7 @@ from regraft.adaptation_manager.planners.metacontrol.knowledge.knowledge_base im
 from regraft.bus_schema.messages.management.objectives import ObjectiveState
 from regraft.bus_schema.model.adaptation import ChangeState, SetParameters
 from regraft.bus_schema.model.lifecycle import State, Transition
-from tests.metacontrol.control.bench import PATROL, BreakableReasoner, perform
+from tests.metacontrol.control.bench import PATROL, SKILLS, BreakableReasoner, perform
 from tests.metacontrol.control.parts import PLANNER, Director
 
 
@@ -136,3 +136,24 @@ def test_while_it_is_inactive_the_robot_goes_on_with_what_stands(tmp_path: Path)
         assert (await director.all()).objectives == ()
 
     perform(tmp_path, script, parameters={"orphan_after": 3.0})
+
+
+def test_a_design_that_fails_right_after_a_recovery_rests_and_the_next_is_tried(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        await director.add(PATROL)
+        assert (await director.status("patrol")).realization == "degraded"
+        director.report_component("laser", "FALSE")
+        await director.wait(1.0)
+        before = len(await director.entered())
+        director.report_component("laser", "RECOVERED")
+        await director.wait(2.0)
+        assert (await director.status("patrol")).realization == "degraded"
+        tried = (await director.entered())[before:]
+        assert tried == [["to_navigate.normal"], ["to_navigate.slow"], ["to_navigate.energy_saving"]]
+        assert sorted((await director.all()).resting) == ["patrol: energy_saving", "patrol: normal", "patrol: slow"]
+
+    fast = SKILLS.replace(
+        "Component laser observable { Configuration active }",
+        "Component laser observable { Configuration active { speed: 0.5 } }",
+    )
+    perform(tmp_path, script, skills=fast, more="constraints: [{parameter: laser.speed, at_most: 0.4}]")

@@ -66,6 +66,7 @@ class Monitor:
         self._reported: set[str] = {name for name in known.get("reported", ()) if name in model.components}
         self._seen_failed: set[str] = {name for name in known.get("failed", ()) if name in model.components}
         self._recovered: set[str] = {name for name in known.get("recovered", ()) if name in model.components}
+        self._just_recovered: set[str] = {n for n in known.get("just_recovered", ()) if n in model.components}
         self._seen_down: set[str] = set(known.get("down", ()))
         self._back: set[str] = set(known.get("back", ()))
         self._errors: dict[str, float] = dict(known.get("errors", {}))
@@ -82,6 +83,7 @@ class Monitor:
             "reported": sorted(self._reported),
             "failed": sorted(self._seen_failed),
             "recovered": sorted(self._recovered),
+            "just_recovered": sorted(self._just_recovered),
             "down": sorted(self._seen_down),
             "back": sorted(self._back),
             "errors": dict(self._errors),
@@ -203,6 +205,11 @@ class Monitor:
         """The components that have recovered since the last decision."""
         return frozenset(self._recovered)
 
+    def take_recovered(self) -> frozenset[str]:
+        """Return the components that have recovered, each once: what fails after that is no matter of the recovery."""
+        recovered, self._just_recovered = frozenset(self._just_recovered), set()
+        return recovered
+
     def take_back(self) -> frozenset[str]:
         """Return the components of the system that were down and are no more, each once, by their full names."""
         back, self._back = frozenset(self._back), set()
@@ -230,6 +237,7 @@ class Monitor:
     def _note_recoveries(self) -> None:
         failed = set(self.failed)
         self._recovered = (self._recovered | (self._seen_failed - failed)) - failed
+        self._just_recovered = (self._just_recovered | (self._seen_failed - failed)) - failed
         self._seen_failed = failed
         down = set(self.down)
         self._back = (self._back | (self._seen_down - down)) - down

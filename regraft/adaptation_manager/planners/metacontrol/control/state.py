@@ -119,7 +119,7 @@ class ControlState:
         assert self.designs is not None
         objectives = (*(entry.objective for entry in self.store), *further)
         recovered = self.monitor.recovered
-        self.resting.recovered(recovered)
+        self.resting.recovered(self.monitor.take_recovered())
         self._returned |= self.resting.recovered(self.monitor.take_back())
         returned = frozenset(self._returned)
         known = Known(
