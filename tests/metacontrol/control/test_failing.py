@@ -157,3 +157,45 @@ def test_a_design_that_fails_right_after_a_recovery_rests_and_the_next_is_tried(
         "Component laser observable { Configuration active { speed: 0.5 } }",
     )
     perform(tmp_path, script, skills=fast, more="constraints: [{parameter: laser.speed, at_most: 0.4}]")
+
+
+def test_the_rest_of_a_design_that_was_rolled_back_ends_when_the_component_to_blame_recovers(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        found = (await director.add(PATROL)).objectives[0]
+        assert (found.realization, found.state) == ("degraded", ObjectiveState.IN_PROGRESS)
+        director.report_component("laser", "FALSE")
+        await director.wait(1.0)
+        await director.adapt(SetParameters("laser", {"stubborn": False}))
+        director.report_component("laser", "RECOVERED")
+        await director.wait(1.0)
+        assert (await director.status("patrol")).realization == "normal"
+
+    perform(tmp_path, script, parts={"laser": "stubborn: true"})
+
+
+def test_a_design_that_is_rolled_back_right_after_a_recovery_rests_and_the_next_is_tried(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        await director.add(PATROL)
+        director.report_component("laser", "FALSE")
+        await director.wait(1.0)
+        await director.adapt(SetParameters("laser", {"stubborn": True}))
+        before = len(await director.entered())
+        director.report_component("laser", "RECOVERED")
+        await director.wait(2.0)
+        assert (await director.status("patrol")).realization == "degraded"
+        tried = (await director.entered())[before:]
+        assert tried == [["to_navigate.normal"], ["to_navigate.slow"], ["to_navigate.energy_saving"]]
+
+    perform(tmp_path, script)
+
+
+def test_the_recovery_of_another_component_leaves_a_design_that_was_rolled_back_at_rest(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        await director.add(PATROL)
+        director.report_component("battery", "FALSE")
+        await director.wait(1.0)
+        director.report_component("battery", "RECOVERED")
+        await director.wait(1.0)
+        assert sorted((await director.all()).resting) == ["patrol: energy_saving", "patrol: normal", "patrol: slow"]
+
+    perform(tmp_path, script, parts={"laser": "stubborn: true"})

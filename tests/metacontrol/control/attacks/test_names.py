@@ -12,9 +12,9 @@ from regraft.adaptation_manager.planners.metacontrol.control.groundings import G
 from regraft.adaptation_manager.planners.metacontrol.control.keeping import FILE
 from regraft.adaptation_manager.planners.metacontrol.knowledge.knowledge_base import load
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.system_modes import system_modes
-from regraft.bus_schema.messages.management.objectives import Objective
+from regraft.bus_schema.messages.management.objectives import Objective, ObjectiveState
 from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
-from regraft.bus_schema.model.adaptation import EnterMode
+from regraft.bus_schema.model.adaptation import EnterMode, SetParameters
 from tests.metacontrol.control import bench
 from tests.metacontrol.control.bench import PATROL, SKILLS, BreakableReasoner, perform
 from tests.metacontrol.control.parts import PLANNER, Break, Director
@@ -158,6 +158,25 @@ def test_an_observer_names_a_component_as_the_stack_or_the_skills_do(
         assert (found.realization, found.attempts[0].realization) == ("degraded", "normal")
 
     perform(tmp_path, script, skills=OF_ROBOT)
+
+
+def test_the_rest_that_a_component_with_a_slash_in_its_name_is_to_blame_for_ends_with_its_recovery(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    have_robot(monkeypatch)
+
+    async def script(director: Director) -> None:
+        found = (await director.add(PATROL)).objectives[0]
+        assert (found.realization, found.state) == ("degraded", ObjectiveState.IN_PROGRESS)
+        director.report_component("robot/laser", "FALSE")
+        await director.wait(1.0)
+        await director.adapt(SetParameters("robot.laser", {"stubborn": False}))
+        director.report_component("robot/laser", "RECOVERED")
+        await director.wait(1.0)
+        assert (await director.status("patrol")).realization == "normal"
+
+    given = {"robot.laser": "stubborn: true"}
+    perform(tmp_path, script, skills=OF_ROBOT, parts=given)
 
 
 def test_a_proposal_for_a_present_objective_of_other_content_is_refused_and_changes_nothing(tmp_path: Path) -> None:

@@ -19,12 +19,15 @@ def is_fault_of_designs(done: CarriedOut) -> bool:
 
 
 def components_to_blame(done: CarriedOut) -> frozenset[str]:
-    """Return the components that were at fault, empty if they are not known."""
+    """Return the components that were at fault, empty if they are not known.
+
+    A step that failed and was undone since keeps its error.
+    """
     if done.report is None:
         return frozenset()
     found = {each.component for each in done.report.violations if each.component}
-    found |= {step.component for step in done.report.steps if step.state is StepState.FAILED and step.component}
-    return frozenset(found)
+    found |= {each.component for each in done.report.steps if each.state is StepState.FAILED or each.error}
+    return frozenset(found - {""})
 
 
 def to_blame(decisions: Sequence[Decision], designs: Designs, components: Iterable[str]) -> tuple[Decision, ...]:
