@@ -74,7 +74,7 @@ def test_a_manual_change_wins_for_a_while() -> None:
 def test_an_undo_back_to_no_target_is_a_manual_change_too() -> None:
     made = _begun("")
     _due(made, 1.0, bad=True)
-    made.asking(DEGRADE)
+    made.asking(DEGRADE, 1)
     made.entered(DEGRADE, 1.2, TIMES)
     assert made.see(_modes("degraded"), 1.3, TIMES) == []
     assert made.see(_modes(""), 10.0, TIMES) == [""]
