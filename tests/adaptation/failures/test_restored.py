@@ -167,9 +167,9 @@ def test_what_is_not_as_before_is_told_as_a_difference_and_never_as_undone(
     real: Callable[..., Any] = vars(transaction)["perform"]
     undoing: list[bool] = []
 
-    async def read(site: Any, former: Any, planned: Any, steps: Any) -> list[str]:
+    async def read(*given: Any) -> list[str]:
         undoing.append(True)
-        return await undo(site, former, planned, steps)
+        return await undo(*given)
 
     async def perform(site: Any, action: Any, meanwhile: Any = None) -> None:
         if not (undoing and isinstance(action, skipped) and action.component == "listener"):  # type: ignore[attr-defined]
