@@ -123,7 +123,7 @@ class HostStub:
                 return
             if update.specs or update.removed:
                 self.updates.append(update)
-                self.revision = update.revision
+            self.revision = update.revision
             for spec in update.specs:
                 self.specs[spec.name] = spec.described_as(self.specs.get(spec.name))
                 self.removed.discard(spec.name)

@@ -71,6 +71,23 @@ def test_a_manual_change_wins_for_a_while() -> None:
     assert _due(made, 40.0, bad=True) == "degraded"
 
 
+def test_what_was_given_up_is_known_after_the_revision_that_it_waited_for_was_undone() -> None:
+    made = _begun("normal")
+    made.asking(DEGRADE, 1)
+    assert made.see(replace(_modes("normal"), revision=2), 1.0, TIMES, final=False) == []
+    assert made.see(_modes("degraded"), 2.0, TIMES) == []
+    assert made.see(replace(_modes("normal"), revision=2), 3.0, TIMES) == [""]
+
+
+def test_all_modes_that_were_given_up_are_known() -> None:
+    made = _begun("normal")
+    stop = replace(DEGRADE, name="stop", mode="stopped")
+    made.asking(DEGRADE, 1)
+    made.asking(stop, 1)
+    made.answered(stop)
+    assert made.see(replace(_modes("degraded"), revision=2), 1.0, TIMES) == []
+
+
 def test_an_undo_back_to_no_target_is_a_manual_change_too() -> None:
     made = _begun("")
     _due(made, 1.0, bad=True)

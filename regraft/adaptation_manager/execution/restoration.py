@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Collection, Sequence
 
 from regraft.adaptation_manager.execution.verify import differences
@@ -66,7 +67,8 @@ def _state(step: PlannedStep) -> dict[str, object]:
 async def begin_again(context: ExecutionContext, names: Collection[str]) -> list[str]:
     """Have components without a step begin again, if they are back by the later spec; returns why that failed.
 
-    They did not answer in the check: a run that does not answer now has come since.
+    They did not answer in the check: a run that does not answer now has come since. One whose host is not there is
+    noted as out of reach: it begins again as that joins.
     """
     problems = []
     living = sorted(name for name in names if context.controls.living(name) is not None)
@@ -78,7 +80,11 @@ async def begin_again(context: ExecutionContext, names: Collection[str]) -> list
             await leave_stopped(context, name, spec.host)
             await start_again(context, StartAgain(name, spec.host))
         except ControlFailed as error:
-            problems.append(f"{name}: could not begin again: {error}")
+            with contextlib.suppress(ControlFailed):
+                await context.refresh()
+            context.note_reach(name)
+            if name not in context.out_of_reach:
+                problems.append(f"{name}: could not begin again: {error}")
     return problems
 
 
@@ -90,7 +96,14 @@ async def _may_be_later(context: ExecutionContext, spec: ComponentSpec) -> bool:
         view = await context.controls.read(spec.name).view()
     except ControlFailed:
         return True
-    return view.revision == context.after.revision
+    former = _standing(spec, context.before.topics)
+    later = _standing(context.after.components[spec.name], context.after.topics)
+    changed = {where: value for where, value in former.items() if later.get(where) != value}
+    return not changed or bool(differences(view, changed))
+
+
+def _standing(spec: ComponentSpec, topics: Collection[str]) -> dict[str, object]:
+    return values_of(spec, topics) | {"state": spec.state.value}
 
 
 async def not_restored(context: ExecutionContext, wanted: Wanted) -> dict[str, str]:

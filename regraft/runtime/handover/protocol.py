@@ -30,6 +30,7 @@ The state after a failure, and its repair:
   handled. Its outputs have the same numbers, which their readers drop. The successor's last outputs may have come
   further: the incumbent listened to them while it was frozen, and numbers on from there. A run that resumes after its
   successor was asked to take over needs a new incarnation, higher than the successor's. Readers refuse the former one.
+  The goals that the component had given fail: the successor has cancelled them.
 - The incumbent dies or hangs before it answers: the successor reports it within ``PULL_TIMEOUT``, and continues to
   wait. The manager ends the incumbent, for certain, and asks the successor to ``promote`` itself. It goes live without
   the state, in an epoch of its own, and handles all since its last pull.

@@ -91,13 +91,17 @@ def change_problems(change: Change, targets: ModeTargets) -> Found:
 
 
 def _unknown_names(change: Change, targets: ModeTargets) -> Found:
-    """Yield the hosts and topics of a change that there are not."""
+    """Yield the hosts and topics of a change that there are not.
+
+    Hosts are known only where the stack names some: others may join.
+    """
     hosts = targets.architecture.hosts
-    if isinstance(change, Move) and change.host not in hosts:
-        yield "host", Hints(hosts).no_such("host", change.host)
-    elif isinstance(change, Add) and change.spec.host not in hosts:
-        yield "spec.host", Hints(hosts).no_such("host", change.spec.host)
-    elif isinstance(change, Remove):
+    named = {"host": change.host} if isinstance(change, Move) else {}
+    named |= {"spec.host": change.spec.host} if isinstance(change, Add) else {}
+    for field, host in named.items():
+        if len(hosts) > 1 and host not in hosts:
+            yield field, Hints(hosts).no_such("host", host)
+    if isinstance(change, Remove):
         unknown = [(index, name) for index, name in enumerate(change.topics) if name not in targets.topics]
         hints = Hints(targets.topics)
         yield from ((f"topics.{index}", hints.no_such("topic", name)) for index, name in unknown)

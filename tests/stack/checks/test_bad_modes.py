@@ -38,7 +38,7 @@ def _told(found: Problem) -> tuple[str, int | None]:
     return found.field, found.line
 
 
-@pytest.mark.parametrize("mode", [SET, CONNECT, AGAIN, SWAP, ADD, MOVE, REMOVE])
+@pytest.mark.parametrize("mode", [SET, CONNECT, AGAIN, SWAP, ADD, MOVE, MOVE.partition("\n")[2], REMOVE])
 def test_a_mode_whose_changes_can_be_is_read(tmp_path: Path, mode: str) -> None:
     assert list(load(write(tmp_path, GOOD + mode)).architecture.modes) == ["night"]
 
@@ -81,11 +81,11 @@ def test_a_mode_whose_changes_can_be_is_read(tmp_path: Path, mode: str) -> None:
         (ADD, "careful: true", "careful: 1", "0.spec.parameters.careful", "1: must be a boolean"),
         (ADD, "parts:Navigator'", "parts:Navigato'", "0.spec.class", "did you mean 'Navigator'?"),
         (
-            ADD,
+            f"hosts: [edge]\n{ADD}",
             "careful: true}",
             "careful: true}, host: egde",
             "0.spec.host",
-            "there is no host 'egde'; there are: local",
+            "there is no host 'egde'; did you mean 'edge'?",
         ),
         (MOVE, "host: edge", "host: egde", "0.host", "there is no host 'egde'; did you mean 'edge'?"),
         (REMOVE, "[truth]", "[truth, trth]", "0.topics.1", "there is no topic 'trth'; did you mean 'truth'?"),

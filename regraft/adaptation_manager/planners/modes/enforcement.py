@@ -36,13 +36,13 @@ class Times:
 class PartMemory:
     """The memory of a part: the target as it was last seen, what was asked for, and until when to wait.
 
-    The mode ``asked`` for, on the revision ``asked_on``, may still be entered where nobody has answered.
+    Modes are ``asked`` for on a revision: on that one they may still be entered where nobody has answered. It is 0
+    for one that was answered, which counts until the targets are next seen.
     """
 
     target: str = ""
     as_asked: bool = True
-    asked: str = ""
-    asked_on: int = 0
+    asked: dict[str, int] = field(default_factory=dict)
     dwell_until: float = 0.0
     manual_until: float = 0.0
     retry_at: float = 0.0
@@ -105,11 +105,18 @@ class Enforcement:
     # --- what is seen ---
 
     def see(
-        self, modes: SystemModes, now: float, times: Times, own: Mapping[str, str] = MappingProxyType({})
+        self,
+        modes: SystemModes,
+        now: float,
+        times: Times,
+        own: Mapping[str, str] = MappingProxyType({}),
+        *,
+        final: bool = True,
     ) -> list[str]:
         """Take how all parts are; returns those whose mode others have changed, which is left alone for a while.
 
-        ``own`` are the modes, by part, that an earlier run had entered, and may not have remembered.
+        ``own`` are the modes, by part, that an earlier run had entered, and may not have remembered. A revision that is
+        not ``final`` may be undone: then the one before is back, with what was asked for on it.
         """
         changed = []
         for part in dict.fromkeys(map(target_of, self.rules)):
@@ -120,13 +127,12 @@ class Enforcement:
                 self.parts[part] = PartMemory(target, as_asked)
                 continue
             is_other = (target, as_asked) != (memory.target, memory.as_asked)
-            is_own = bool(target) and target in (memory.asked, own.get(part))
+            is_own = bool(target) and (target in memory.asked or target == own.get(part))
             if is_other and not (as_asked and is_own):
                 memory.manual_until = now + times.manual_hold
                 changed.append(part)
             memory.target, memory.as_asked = target, as_asked
-            if modes.revision != memory.asked_on:
-                memory.asked = ""
+            memory.asked = {mode: on for mode, on in memory.asked.items() if on and (on == modes.revision or not final)}
         return changed
 
     def look(self, values: Mapping[str, Any], now: float, fallen: Collection[str] = ()) -> None:
@@ -173,12 +179,11 @@ class Enforcement:
 
     def asking(self, rule: ModeRule, revision: int) -> None:
         """Note that a rule's mode is asked for: where the answer is lost, it is still known whose doing it was."""
-        memory = self.parts[target_of(rule)]
-        memory.asked, memory.asked_on = rule.mode, revision
+        self.parts[target_of(rule)].asked[rule.mode] = revision
 
     def answered(self, rule: ModeRule) -> None:
-        """Note that nothing waits any more of what was asked for: it counts until the targets are next seen."""
-        self.parts[target_of(rule)].asked_on = 0
+        """Note that the mode of a rule waits no more: it counts as asked for until the targets are next seen."""
+        self.parts[target_of(rule)].asked[rule.mode] = 0
 
     def refused(self, rule: ModeRule, now: float, times: Times) -> None:
         """Note that a mode could not be entered; it is tried again after a while."""

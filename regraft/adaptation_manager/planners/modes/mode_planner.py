@@ -48,7 +48,7 @@ class ModePlanner(Component):
     """Enters the modes that the rules of the stack prescribe; a system has one."""
 
     resources = Resources(cpu=0.01, memory=25.0)
-    state_version = 1
+    state_version = 2
     checkpoint_every = 0.5
 
     states = Input(SystemStates, topic="system/states", latest_only=True)
@@ -171,7 +171,8 @@ class ModePlanner(Component):
         modes = await self.kit.call(SHARED + MODES, ModesRequest(), SystemModes, timeout=self.answer_within)
         own = await self._own_modes(architecture) if self._is_new else {}
         self._is_new = False
-        for part in self._enforcement.see(modes, self.kit.now(), self._times(), own):
+        final = not architecture.unconfirmed and architecture.revision == modes.revision
+        for part in self._enforcement.see(modes, self.kit.now(), self._times(), own, final=final):
             whose = part or "the system"
             text = f"the mode of {whose} was changed by others: it is left alone for {self.manual_hold:g} s"
             self.kit.event("modes.manual", text, part=part)

@@ -143,7 +143,10 @@ class Cycle:
             modes = [each.mode for each in done.changes if isinstance(each, EnterMode)]
             asked = asked_after(planned_on.asked_modes, modes, planned_on.mode_parts)
             self._state.carried_out(decided, asked, kept, self._kit.now())
-            self._state.caught_up(done.report.revision_after if done.report else planned_on.revision)
+            if done.report is not None:
+                self._state.caught_up(done.report.revision_after)
+            elif not planned_on.unconfirmed:  # else it may be undone: then the revision before is back
+                self._state.caught_up(planned_on.revision)
             self.trouble = ""
             self._notify()
             return True
