@@ -37,6 +37,7 @@ from regraft.cli.system.run import run
 from regraft.cli.system.up import up
 from regraft.cli.terminal import standard_streams
 from regraft.cli.terminal.standard_streams import CannotWrite
+from regraft.process.printed import give_up_output
 from regraft.run_directory import NoHome
 from regraft.system.capacity import TooMany, check_files
 
@@ -127,7 +128,7 @@ def main() -> None:
             raise
         _end(BadInput("the working folder is not there any more: change to another one"), BAD_INPUT)
     except CannotWrite as error:
-        standard_streams.give_up_output()
+        give_up_output()
         _end(error, FAILED)
 
 

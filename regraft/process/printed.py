@@ -10,7 +10,7 @@ import sys
 def write_out() -> None:
     """Write it, as far as that is possible; otherwise this process continues to keep it."""
     for stream in (sys.stdout, sys.stderr):
-        with contextlib.suppress(Exception):
+        with contextlib.suppress(Exception):  # commands and authors' modules put streams of their own there
             stream.flush()
 
 
@@ -19,7 +19,12 @@ def write_or_drop() -> None:
     try:
         sys.stdout.flush()
     except Exception:
-        null = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(null, sys.stdout.fileno())
-        os.close(null)
+        give_up_output()
     write_out()
+
+
+def give_up_output() -> None:
+    """Send standard output to nowhere from now on, with what it still keeps and could not write."""
+    null = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, sys.stdout.fileno())
+    os.close(null)

@@ -80,7 +80,7 @@ async def begin_again(context: ExecutionContext, names: Collection[str]) -> list
             await leave_stopped(context, name, spec.host)
             await start_again(context, StartAgain(name, spec.host))
         except ControlFailed as error:
-            with contextlib.suppress(ControlFailed):
+            with contextlib.suppress(ControlFailed):  # else the last report of the hosts holds
                 await context.refresh()
             context.note_reach(name)
             if name not in context.out_of_reach:

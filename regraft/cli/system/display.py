@@ -16,7 +16,8 @@ from regraft.bus_schema.messages.mission import MissionStatus
 from regraft.bus_schema.messages.power import BatteryState
 from regraft.bus_schema.messages.protocol.clock import ClockTime
 from regraft.cli.terminal.output import complain, console, harmless, say
-from regraft.cli.terminal.standard_streams import CannotWrite, give_up_output
+from regraft.cli.terminal.standard_streams import CannotWrite
+from regraft.process.printed import give_up_output
 
 MISSION_MARKS = 48
 """Characters of the running node's name that are shown."""

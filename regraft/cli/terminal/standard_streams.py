@@ -88,10 +88,3 @@ def _in_place_of(stream: TextIO | None, kind: type[TextIOWrapper], when_closed: 
         line_buffering=stream.line_buffering,
         write_through=stream.write_through,
     )
-
-
-def give_up_output() -> None:
-    """Send standard output to nowhere from now on, with what it still keeps and could not write."""
-    null = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(null, sys.stdout.fileno())
-    os.close(null)

@@ -30,7 +30,7 @@ class Careful(Component):
 
     @heard.handler
     def take(self, number: Number) -> None:
-        time.sleep(LASTS)
+        time.sleep(LASTS)  # the work itself: nothing is waited for
         self.handled.append(number.value)
 
 
