@@ -116,7 +116,7 @@ class Control:
         if verb in self._verbs:
             return self._verbs[verb](payload)
         known = ", ".join(self._verbs)
-        raise ControlRefused(ControlCode.REFUSED, f"there is no control query {verb!r}; there are: {known}")
+        raise ControlRefused(ControlCode.MALFORMED, f"there is no control query {verb!r}; there are: {known}")
 
     def _describe(self, payload: bytes) -> object:
         if payload:

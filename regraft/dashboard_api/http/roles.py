@@ -57,7 +57,7 @@ BY_BODY: Final = frozenset({("POST", "/adaptations"), ("PATCH", "/components/{na
 """Routes where some bodies need the role administer."""
 BY_BODY_TEXT: Final = (
     "`administer` to add, remove, swap or move a component, and to set parameters of a planner, "
-    "parameters that name a file, and the executor's `mission` and `main`"
+    "parameters that name a file, the executor's `mission` and `main`, and a `BtNavigator`'s `behavior_tree`"
 )
 
 STRUCTURE = (Add, Remove, Swap, Move)

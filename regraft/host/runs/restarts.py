@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from regraft.bus_schema.model.architecture import Restart, RestartPolicy
 
 MAX_BACKOFF = 10.0
+"""Seconds to which waiting doubles; a policy that begins with more keeps to that."""
 
 
 @dataclass(slots=True)
@@ -31,7 +32,8 @@ class RestartHistory:
             self.recent.popleft()
         if len(self.recent) >= self.policy.limit:
             return None
-        wait: float = min(MAX_BACKOFF, self.policy.backoff * 2.0 ** len(self.recent))
+        longest = max(MAX_BACKOFF, self.policy.backoff)
+        wait: float = min(longest, self.policy.backoff * 2.0 ** len(self.recent))
         self.recent.append(now)
         self.total += 1
         return now + wait

@@ -205,6 +205,14 @@ def test_a_component_beyond_repair_is_finalized(site: Site) -> None:
         site.client.control("fragile", "transition", SetTransition(Transition.CONFIGURE))
 
 
+def test_an_unknown_control_query_is_malformed(site: Site) -> None:
+    site.start(Counter, "counter")
+    (answer,) = site.bus.query(site.keys.control("counter", 1, "tune"), b"", PATIENCE)
+    error = codec.decode(answer.payload, ControlError)
+    assert (answer.error, error.code) == (True, ControlCode.MALFORMED)
+    assert "there is no control query 'tune'" in error.problems[0]
+
+
 def test_control_without_the_current_term_is_fenced(site: Site) -> None:
     site.start(Counter, "counter", term=3)
     for term in (None, 2):
