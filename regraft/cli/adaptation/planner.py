@@ -55,7 +55,9 @@ def propose(
     file: Annotated[
         str, typer.Argument(metavar="FILE", help="A proposal's request in YAML or JSON; - for standard input.")
     ],
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Show the choice, and change nothing; a credit counts.")] = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Show the choice, change nothing; a credit counts.")
+    ] = False,
     reason: ReasonOption = "",
     timeout: TimeoutOption = managing.ADAPTATION_TIMEOUT,
     system: SystemOption = None,

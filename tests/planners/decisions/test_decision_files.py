@@ -197,6 +197,8 @@ def test_what_a_planner_cannot_express_is_said(tmp_path: Path) -> None:
         ("bounds: {sight:", "bounds: {sigt:", "29: objective.bounds.sigt: there is no quality 'sigt'; did you mean"),
         ("    excludes: {senses: camera}", "    excludes: {senses: camra}", "33: faults.lens_dusty.excludes.senses"),
         ("    when: dark > 0.95\n", "", "31: faults.lens_dusty.when: is missing"),
+        ("dark > 0.95", "wheels.speed > 1", "32: faults.lens_dusty.when: wheels.speed is an estimate, and nothing is"),
+        ("if charge > 0.5", "if wheels.speed > 1", "21: constraints.1.at_most: wheels.speed is an estimate"),
         ("faults:", "triggers: {every: 0}\nfaults:", "30: triggers.every: 0: must be at least 0.01"),
         ("faults:", "triggers: {on_requirement: [Safe]}\nfaults:", "30: triggers.on_requirement.0: 'Safe' is no"),
     ],

@@ -97,20 +97,35 @@ def _check_names(decision: Decision, given: set[str], objective: Section, report
             if name not in known and ("." not in name or (is_first and of_choice)):
                 report.add(path, f"nothing is called {name!r} here; {instead_of(name, known)}")
     _check_assumptions(decision, choices, report)
+    _check_faults_and_limits(decision, choices, report)
     _check_triggers(decision, report)
 
 
 def _check_assumptions(decision: Decision, choices: set[str], report: Report) -> None:
     """Note estimates in assumptions, also those that they speak of by weights; ``choices`` are no estimates."""
     for name, expression in decision.assume:
-        weights = [decision.weights[each] for each in expression.names if each in decision.weights]
-        spoken = dict.fromkeys(each for part in (expression, *weights) for each in part.names)
-        for each in [each for each in spoken if "." in each and each not in choices]:
-            owner, _, _ = each.rpartition(".")
-            is_misspelt = owner in choices and near(each, choices) is not None
-            if each.split(".")[0] not in NO_COMPONENTS and not is_misspelt:
-                why = f"{each} is an estimate, and estimates are worked out from what is assumed"
-                report.add(f"objective.assume.{name}", why)
+        for each in _estimates_in(expression, decision, choices):
+            why = f"{each} is an estimate, and estimates are worked out from what is assumed"
+            report.add(f"objective.assume.{name}", why)
+
+
+def _check_faults_and_limits(decision: Decision, choices: set[str], report: Report) -> None:
+    """Note estimates in conditions of faults and in limits: nothing is chosen yet of which they could be."""
+    first = [(limit.path, limit.most) for limit in decision.limits]
+    first += [(f"faults.{fault.name}.when", fault.when) for fault in decision.faults]
+    for path, expression in first:
+        for each in _estimates_in(expression, decision, choices):
+            report.add(path, f"{each} is an estimate, and nothing is chosen yet that it could be of")
+
+
+def _estimates_in(expression: Expression, decision: Decision, choices: set[str]) -> Iterator[str]:
+    """Yield the estimates of which an expression speaks, also by weights; ``choices`` are none."""
+    weights = [decision.weights[each] for each in expression.names if each in decision.weights]
+    for each in dict.fromkeys(each for part in (expression, *weights) for each in part.names):
+        owner, _, _ = each.rpartition(".")
+        is_misspelt = owner in choices and near(each, choices) is not None
+        if owner and each not in choices and each.split(".")[0] not in NO_COMPONENTS and not is_misspelt:
+            yield each
 
 
 def _check_figures(decision: Decision, report: Report, *, complete: bool) -> None:
