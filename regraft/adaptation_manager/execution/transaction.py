@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
@@ -170,6 +171,9 @@ async def undo(
     """
     problems = []
     context.revision = context.before.revision
+    with contextlib.suppress(ControlFailed):  # giving them the specs reports that they do not answer
+        await context.refresh()
+    unknown = _unknown_at_home(context)
     try:
         await _give(context, former)
         await context.refresh()
@@ -187,8 +191,8 @@ async def undo(
         if problem:
             problems.append(f"{step.component}: {step.action}: {problem}")
     back = {s.component for s in planned if isinstance(s.undo, EndProcess)} & context.before.components.keys()
-    if back:
-        problems += await _give_home(context, former, sorted(back))
+    if back or unknown:
+        problems += await _give_home(context, former, sorted(back | unknown))
     changed = {spec.name for spec in former.specs} & context.after.components.keys()
     problems += await begin_again(context, changed.intersection(unreached) - {step.component for step in planned})
     return problems + await _read_back(context, planned, steps)
@@ -226,10 +230,22 @@ async def _give(context: ExecutionContext, former: UpdateSpecs) -> None:
         await context.refresh()
 
 
-async def _give_home(context: ExecutionContext, former: UpdateSpecs, names: list[str]) -> list[str]:
-    """Give components that had been started elsewhere to their hosts again, which were to forget them.
+def _unknown_at_home(context: ExecutionContext) -> set[str]:
+    """Return removed components that their hosts do not know: those hosts have joined again since, without them."""
+    before = context.before.components
+    return {
+        name
+        for name in before.keys() - context.after.components.keys()
+        if context.hosts.is_there(home := before[name].host)
+        and home not in context.hosts.silent
+        and home not in context.hosts.which_know(name)
+    }
 
-    Those that are back start them; returns why that failed.
+
+async def _give_home(context: ExecutionContext, former: UpdateSpecs, names: list[str]) -> list[str]:
+    """Give components to their hosts again, which were to forget them or have never heard of them.
+
+    Those that are there start them; returns why that failed.
     """
     try:
         await _give(context, former)

@@ -245,8 +245,8 @@ def test_a_component_whose_host_returns_before_a_change_is_cancelled_begins_agai
     site.join("edge", link.endpoint)
 
     def step() -> object:
-        seen = system.client.components()["ticker"]
-        at_rest = seen.alive and seen.status is not None and seen.status.state is State.INACTIVE
+        seen = system.client.components().get("ticker")
+        at_rest = seen is not None and seen.alive and seen.status is not None and seen.status.state is State.INACTIVE
         with contextlib.suppress(NoAnswer):  # it ends, to begin again
             return system.client.view("ticker").parameters["step"] if at_rest else None
         return None
@@ -263,6 +263,22 @@ def test_a_component_whose_host_returns_before_a_change_is_cancelled_begins_agai
     report = system.client.call("adaptation_manager/cancel", cancel, AdaptationReport, PATIENCE)
     assert report.outcome is Outcome.CANCELLED, report.error
     wait_until(lambda: step() == 1, "the ticker to be as before")
+
+
+def test_a_component_whose_host_returns_before_its_removal_is_cancelled_begins_again(site: Site) -> None:
+    _, link = _joined_over_a_link(site, WAIT)
+    first = site.wait_active("ticker")
+    link.cut()
+    wait_state(site.system, "edge", HostState.LOST)
+    request = AdaptationRequest((Remove("ticker"),), confirm=60.0, wait=False)
+    pending = site.system.client.call("adaptation_manager/adapt", request, AdaptationReport, PATIENCE)
+    wait_until(lambda: site.journal()[0].outcome is Outcome.CONFIRMING, "the removal to be watched over")
+    link.heal()
+    wait_state(site.system, "edge", HostState.JOINED)
+    cancel = CancelAdaptation(pending.id)
+    report = site.system.client.call("adaptation_manager/cancel", cancel, AdaptationReport, PATIENCE)
+    assert report.outcome is Outcome.CANCELLED, report.error
+    assert site.wait_active("ticker", first) > first
 
 
 @pytest.mark.evidence
