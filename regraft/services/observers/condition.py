@@ -19,11 +19,15 @@ class ComponentStatus(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """Whether a component has failed, and why; None is not known. ``by_itself``: it reports its failure, and lives."""
+    """Whether a component has failed, and why; None is not known. ``by_itself``: it reports its failure, and lives.
+
+    The ``stamp`` is that of the failure's report, None where it is not known.
+    """
 
     failed: bool | None
     why: str = ""
     by_itself: bool = False
+    stamp: float | None = None
 
 
 UNKNOWN = Evidence(None)
@@ -56,6 +60,7 @@ class Condition:
         self._differs_since: float | None = None
         self._active_since: float | None = None
         self._idle_since: float | None = None
+        self._failure: float | None = None
 
     @property
     def is_certain(self) -> bool:
@@ -73,6 +78,8 @@ class Condition:
         that an adaptation has deactivated is silent, and not failed.
         """
         self._see_sensor(now, is_active, sensor, delays)
+        if life.by_itself:
+            self._see_failure(now, is_active, life)
         if life.failed and life.by_itself and self._is_presumed_well(now, delays):
             life = Evidence(False)
         if self._sensor and not life.failed:
@@ -108,7 +115,15 @@ class Condition:
         if self._is_presumed_well(now, delays):
             self._sensor = ""
 
+    def _see_failure(self, now: float, is_active: bool, life: Evidence) -> None:
+        if life.stamp is None or life.stamp == self._failure:
+            return
+        self._failure = life.stamp
+        # It was tried, though it may never have been seen active: so its inactive time begins again.
+        if not is_active:
+            self._idle_since = now
+
     def _is_presumed_well(self, now: float, delays: Delays) -> bool:
-        """Return whether it has been inactive for so long that a further attempt is worth making."""
+        """Return whether it has been inactive without a new failure for so long that it is worth another try."""
         idle = 0.0 if self._idle_since is None else now - self._idle_since
         return delays.presumed_after > 0.0 and idle >= delays.presumed_after

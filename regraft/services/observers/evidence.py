@@ -24,7 +24,7 @@ def of_life(component: str, states: SystemStates | None, faults: SystemFaults | 
     for fault in faults.present:
         if fault.component == component and fault.kind is not SystemFaultKind.RAISED:
             why = f"{fault.kind.value}: {fault.text}" if fault.text else fault.kind.value
-            return Evidence(True, why, by_itself=fault.kind is SystemFaultKind.FAILED)
+            return Evidence(True, why, by_itself=fault.kind is SystemFaultKind.FAILED, stamp=fault.stamp)
     known = next((each for each in states.components if each.component == component), None)
     if known is None or known.state is None:
         why = "it has no run" if known is not None else "it is not in the system"

@@ -36,17 +36,23 @@ class Scene:
     has_monitor: bool = False
     measured: dict[str, dict[str, float]] = field(default_factory=dict)
     measured_at: float | None = None
+    failed_at: dict[tuple[str, SystemFaultKind], float] = field(default_factory=dict)
 
     def publish(self) -> None:
         """Publish how all of it is."""
         now = self.rig.clock.now() / 1e9
         components = tuple(ComponentState(name, 1, state) for name, state in self.states.items())
         self.rig.publish("system/states", SystemStates(now, components))
-        present = tuple(SystemFault(now, name, 1, kind, "why") for name, kind in self.faults.items())
+        self.failed_at = {fault: self.failed_at.get(fault, now) for fault in self.faults.items()}
+        present = tuple(SystemFault(stamp, name, 1, kind, "why") for (name, kind), stamp in self.failed_at.items())
         self.rig.publish("system/faults", SystemFaults(now, present))
         stamp = now if self.measured_at is None else self.measured_at
         values = tuple(MeasuredQualities(stamp, name, 1, 0.5, each) for name, each in self.measured.items())
         self.rig.publish("system/measurements", SystemMeasurements(now, values))
+
+    def fail_again(self) -> None:
+        """Have all faults begin again."""
+        self.failed_at.clear()
 
     def watch(self) -> None:
         """Publish how the sensors are."""

@@ -201,6 +201,32 @@ def test_only_a_failure_of_its_own_is_presumed_to_be_over(tmp_path: Path, kind: 
         assert made.statuses() == ([("laser", "RECOVERED")] if kind is SystemFaultKind.FAILED else [])
 
 
+def test_what_fails_again_while_it_is_tried_again_has_failed_for_as_long_once_more(tmp_path: Path) -> None:
+    with scene(ComponentObserver, observed=written(tmp_path), period=1.0, presumed_after=5.0) as made:
+        made.run(2.0)
+        made.states["laser"], made.faults["laser"] = State.UNCONFIGURED, SystemFaultKind.FAILED
+        for _ in range(2):
+            made.fail_again()
+            made.run(0.5)
+            made.news()
+            made.run(4.5)
+            assert {status for name, status in made.statuses() if name == "laser"} == {"FALSE"}
+            made.run(1.5)
+            made.news()
+            made.run(2.0)
+            assert {status for name, status in made.statuses() if name == "laser"} == {"RECOVERED"}
+
+
+def test_what_has_been_inactive_for_long_and_fails_has_failed(tmp_path: Path) -> None:
+    with scene(ComponentObserver, observed=written(tmp_path), period=100.0, presumed_after=5.0) as made:
+        made.states["laser"] = State.UNCONFIGURED
+        made.run(8.0)
+        made.news()
+        made.faults["laser"] = SystemFaultKind.FAILED
+        made.run(1.0)
+        assert made.statuses() == [("laser", "FALSE")]
+
+
 def test_old_news_of_sensors_change_nothing(seen: Scene) -> None:
     seen.has_monitor = True
     seen.run(4.0)
