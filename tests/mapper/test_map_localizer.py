@@ -102,6 +102,31 @@ def test_the_map_holds_when_its_maker_falls_silent_and_is_repeated() -> None:
         assert np.array_equal(walk.kept[-1].cells, room_map().cells)
 
 
+def test_a_further_run_repeats_the_map_of_the_earlier_one_until_another_comes() -> None:
+    with Rig() as rig:
+        earlier = Walk(rig)
+        rig.publish("map", room_map())
+        earlier.go(4.0)
+        state = earlier.localizer.snapshot()
+    with Rig(start=4.0) as rig:
+        walk = Walk(rig, ticks=earlier.ticks)
+        walk.localizer.restore(state)
+        walk.go(5.0)
+        assert len(walk.kept) == 2
+        assert _walls(walk.kept[-1]) == _walls(room_map())
+        newer = true_cells(WALLS)[0]
+        rig.publish("map", replace(room_map(9.0), cells=newer))
+        walk.go(2.0)
+        assert np.array_equal(walk.kept[-1].cells, newer)
+
+
+def test_without_a_map_none_is_published() -> None:
+    with Rig() as rig:
+        walk = Walk(rig)
+        walk.go(5.0)
+        assert not walk.kept
+
+
 def test_where_the_robot_is_to_begin_with_is_believed() -> None:
     with Rig() as rig:
         walk = Walk(rig, shift=Pose2D(3.0, -2.0, 1.0))
@@ -207,6 +232,13 @@ def test_it_says_what_it_would_give_and_what_it_gives() -> None:
         rig.publish("map", room_map())
         walk.go(2.0)
         assert walk.localizer.evaluate()["inlier_ratio"] == pytest.approx(1.0, abs=0.1)
+
+
+def _walls(message: maps.OccupancyGrid) -> set[tuple[int, int]]:
+    """Return the occupied cells, by their places in cells."""
+    rows, columns = np.nonzero(message.cells > 50)
+    x, y = (round(origin / message.resolution) for origin in (message.origin.x, message.origin.y))
+    return {(int(row) + y, int(column) + x) for row, column in zip(rows, columns, strict=True)}
 
 
 def _parts(pose: Pose2D) -> tuple[float, float, float]:

@@ -12,7 +12,7 @@ from regraft.bus_schema.messages.sensors import LaserScan, Odometry
 from regraft.bus_schema.model.description import Resources
 from regraft.services import robot_parameters
 from regraft.services.mapper import estimates
-from regraft.services.mapper.conversions import localized, planar_pose, scan_of
+from regraft.services.mapper.conversions import localized, map_of, planar_pose, scan_of
 from regraft.services.mapper.fit_watch import FitWatch
 from regraft.services.mapper.mapping import GridSettings, Mapping, Steps
 from regraft.services.mapper.maps.map_files import FiledMap
@@ -207,8 +207,14 @@ class MapLocalizer(Component):
     @every(seconds=REPEAT_MAP)
     def repeat_map(self) -> None:
         """Publish the map, if there is one."""
-        if self._known_map is not None and self.kept_map.wanted:
-            self.kept_map.publish(self._known_map)
+        known = (self._known_map or self._restored_map()) if self.kept_map.wanted else None
+        if known is not None:
+            self.kept_map.publish(known)
+
+    def _restored_map(self) -> OccupancyGrid | None:
+        """Return the map of an earlier run, None if none was restored: a grid begun here has nothing on it."""
+        grid = self.mapping.grid
+        return map_of(grid, self.kit.now()) if grid and grid.known_area > 0.0 else None
 
     @every(hz=2.0)
     def watch(self) -> None:
