@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 from regraft import Component, Input, Output, Parameter, Quality, every
@@ -33,12 +34,19 @@ LOOKS = 2.0
 """Hz, of the looks at all sensors."""
 COMMAND_HOLDS = 0.5
 """s: so long a robot drives on after a command."""
+Message = Image | LaserScan | Odometry | DepthImage
 
 
 @dataclass(slots=True)
 class _Watch:
-    """The record of one sensor."""
+    """The record of one sensor, and the ``topic`` it was last connected to.
 
+    It begins at ``began`` (s), and again when the port loses its topic: then ``before`` is what had come.
+    """
+
+    began: float = -math.inf
+    before: Message | None = None
+    topic: str = ""
     sameness: Sameness = field(default_factory=Sameness)
     jumps: Jumps = field(default_factory=Jumps)
     jumped_at: float | None = None
@@ -50,10 +58,10 @@ class _Watch:
 class SensorMonitor(Component):
     """Looks at the sensors' messages now and then, and reports which are silent, frozen, black, blind or jumpy.
 
-    A sensor is watched from its first message on, one of ``expected`` from the start. A sensor counts as frozen when it
-    repeats exactly the same: noise keeps a working one from that. A pose counts as frozen when it stays exactly the
-    same though the robot drives. Pictures are rendered for this too, so leave ``image`` unconnected if only this would
-    use them.
+    A sensor is watched from its first message on, one of ``expected`` from the start. One whose port has no topic any
+    more is not watched, unless it is expected. A sensor counts as frozen when it repeats exactly the same: noise keeps
+    a working one from that. A pose counts as frozen when it stays exactly the same though the robot drives. Pictures
+    are rendered for this too, so leave ``image`` unconnected if only this would use them.
     """
 
     resources = Resources(cpu=0.03, memory=20.0)
@@ -112,12 +120,14 @@ class SensorMonitor(Component):
         """Judge all sensors and publish the result."""
         now = self.kit.now()
         watched, faults = [], []
-        for name, watch in self._watches.items():
-            if self._message(name) is None and name not in self.expected:
+        for name in SENSORS:
+            watch = self._watch(name, now)
+            message = self._message(name, watch)
+            if message is None and name not in self.expected:
                 continue
-            topic = self._topic(name)
+            topic = watch.topic or name
             watched.append(topic)
-            self._take(topic, watch, self._judge(name, watch, now), now)
+            self._take(topic, watch, self._judge(message, watch, now), now)
             if watch.finding is not None:
                 faults.append(SensorFault(topic, watch.finding.fault, watch.finding.text, watch.since))
         self.sensor_health.publish(SensorHealth(now, tuple(watched), tuple(faults)))
@@ -126,17 +136,25 @@ class SensorMonitor(Component):
         """Return how many sensors have something wrong, as ``faults``."""
         return {"faults": float(sum(watch.finding is not None for watch in self._watches.values()))}
 
-    def _message(self, name: str) -> Image | LaserScan | Odometry | DepthImage | None:
-        message: Image | LaserScan | Odometry | DepthImage | None = self.kit.inputs[name].latest
-        return message
+    def _watch(self, name: str, now: float) -> _Watch:
+        """Return the record of a sensor."""
+        port, watch = self.kit.inputs[name], self._watches[name]
+        topic = Keys(self.kit.system).topic_of(port.key)
+        if topic:
+            watch.topic = topic
+        elif watch.topic or port.latest is not watch.before:
+            # A port without a topic keeps its last message: nothing comes that could be late or wrong.
+            self._take(watch.topic or name, watch, None, now)
+            watch = self._watches[name] = _Watch(now, port.latest)
+        return watch
 
-    def _topic(self, name: str) -> str:
-        return Keys(self.kit.system).topic_of(self.kit.inputs[name].key) or name
+    def _message(self, name: str, watch: _Watch) -> Message | None:
+        message: Message | None = self.kit.inputs[name].latest
+        return None if message is watch.before else message
 
-    def _judge(self, name: str, watch: _Watch, now: float) -> Finding | None:
-        message = self._message(name)
+    def _judge(self, message: Message | None, watch: _Watch, now: float) -> Finding | None:
         if message is None:
-            quiet = now - self._listening_since
+            quiet = now - max(self._listening_since, watch.began)
             return Finding(SILENT, f"not heard of for {quiet:.0f} s") if quiet > self.first_within else None
         if now - max(message.stamp, self._listening_since) > self.silent_after:
             watch.sameness.reset()

@@ -15,8 +15,8 @@ from regraft.bus_schema.model.description import Resources
 class SystemStatusReporter(Component):
     """Summarizes what the parts publish: components by state, charge, darkness, and what is wrong.
 
-    Components are counted by the state that the architecture wants for them. A component that has not been heard of for
-    ``stale_after`` counts as unknown.
+    Components are counted by the state that the architecture wants for them. A value older than ``stale_after`` is
+    unknown. That is a problem if its input has a topic.
     """
 
     resources = Resources(cpu=0.01, memory=20.0)
@@ -42,13 +42,13 @@ class SystemStatusReporter(Component):
             charge = battery.charge
             if charge < self.low:
                 problems.append(f"battery at {charge:.0%}")
-        elif battery is not None:
+        elif battery is not None and self.battery.key:
             problems.append(f"no word from the battery for {now - battery.stamp:.0f} s")
         if light is not None and now - light.stamp <= self.stale_after:
             darkness = light.darkness
             if darkness > self.dark:
                 problems.append(f"darkness {darkness:.0%}")
-        elif light is not None:
+        elif light is not None and self.light.key:
             problems.append(f"no word of the light for {now - light.stamp:.0f} s")
         problems += self._sensor_problems(now)
         self.system_status.publish(SystemStatus(now, self._components(), charge, darkness, tuple(problems)))
@@ -58,7 +58,8 @@ class SystemStatusReporter(Component):
         if health is None:
             return []
         if now - health.stamp > self.stale_after:
-            return [f"no word of the sensors for {now - health.stamp:.0f} s"]
+            silence = f"no word of the sensors for {now - health.stamp:.0f} s"
+            return [silence] if self.sensor_health.key else []
         return [f"{fault.topic} {fault.fault}" for fault in health.faults]
 
     def _components(self) -> dict[str, int]:

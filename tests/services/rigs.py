@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.messages.protocol.control import ControlError, ParameterValues
+from regraft.bus_schema.messages.protocol.control import ControlError, ParameterValues, Rewire, RewireStep
 from regraft.bus_schema.messages.sensors import Image
 from regraft.component.goal import Goal
 from regraft.planar import Pose2D
@@ -59,9 +59,23 @@ def set_parameters(rig: Rig, component: str, **values: object) -> None:
 
 def why_refused(rig: Rig, component: str, **values: object) -> str:
     """Set parameters as the adaptation manager does, and return why they are refused; empty if they are set."""
+    return _why_refused(rig, component, "parameters", ParameterValues(values))
+
+
+def disconnect(rig: Rig, component: str, port: str) -> None:
+    """Leave a port without a topic, as the adaptation manager does."""
+    assert not _why_refused(rig, component, "connections", Rewire(RewireStep.DISCONNECT, port))
+
+
+def connect(rig: Rig, component: str, port: str, topic: str) -> None:
+    """Connect an input to a topic, as the adaptation manager does."""
+    for step in (RewireStep.OPEN, RewireStep.SWITCH):
+        assert not _why_refused(rig, component, "connections", Rewire(step, port, topic))
+
+
+def _why_refused(rig: Rig, component: str, what: str, message: object) -> str:
     answers: list[Any] = []
-    key = rig.keys.control(component, 1, "parameters")
-    rig.bus.ask(key, codec.encode(ParameterValues(values)), 5.0, answers.extend)
+    rig.bus.ask(rig.keys.control(component, 1, what), codec.encode(message), 5.0, answers.extend)
     while not answers:
         rig.settle()
     (answer,) = answers

@@ -16,7 +16,7 @@ from regraft.services.power_model import motion_power, total_power
 from regraft.services.system_status import SystemStatusReporter
 from regraft.testing import Rig
 
-from .rigs import set_parameters
+from .rigs import disconnect, set_parameters
 
 
 def moving(rig: Rig, speed: float) -> None:
@@ -317,3 +317,18 @@ def test_reflection_names_what_is_wrong_with_the_sensors() -> None:
         assert not statuses[-1].problems
         rig.advance(5.0)
     assert statuses[-1].problems == ("no word of the sensors for 6 s",)
+
+
+def test_reflection_misses_no_word_of_what_is_disconnected() -> None:
+    with Rig() as rig:
+        rig.add(SystemStatusReporter)
+        statuses = rig.collect("system_status", SystemStatus)
+        rig.publish("battery", BatteryState(0.0, 19_000.0, 20_000.0, 0.95, 7.0))
+        rig.publish("light", LightLevel(0.0, 0.3))
+        rig.publish("sensor_health", SensorHealth(0.5, ("camera/image", "scan")))
+        rig.advance(1.0)
+        for port in ("battery", "light", "sensor_health"):
+            disconnect(rig, "systemstatusreporter", port)
+        rig.advance(5.0)
+    assert statuses[-1].charge is statuses[-1].darkness is None
+    assert not statuses[-1].problems

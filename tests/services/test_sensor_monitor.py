@@ -20,7 +20,7 @@ from regraft.sim_service.world import World
 from regraft.testing import Rig
 from tests.support.worlds import FROG_WORLD
 
-from .rigs import run, set_parameters, world_on
+from .rigs import connect, disconnect, run, set_parameters, world_on
 
 Depths = npt.NDArray[np.float32]
 
@@ -192,6 +192,44 @@ def test_only_expected_sensors_are_missed_before_their_first_message() -> None:
         rig.advance(3.0)
     assert [(fault.topic, fault.fault) for fault in health[-1].faults] == [("scan", "silent")]
     assert health[-1].watched == ("scan",)
+
+
+def test_a_sensor_whose_port_is_disconnected_is_watched_no_more(watched: Watched) -> None:
+    disconnect(watched.rig, "monitor", "image")
+    watched.drive(5.0)
+    assert watched.faults() == {}
+    assert set(watched.health[-1].watched) == {"scan", "odometry"}
+    assert not [event for event in watched.rig.events if event.kind.startswith("sensor.")]
+
+
+def test_what_was_wrong_with_a_sensor_is_over_when_its_port_is_disconnected(watched: Watched) -> None:
+    set_parameters(watched.rig, "camera", failure="black")
+    watched.drive(1.0)
+    assert watched.faults() == {"camera/image": "black"}
+    disconnect(watched.rig, "monitor", "image")
+    watched.drive(3.0)
+    assert watched.faults() == {}
+    assert watched.told() == [("camera/image", Level.ERROR), ("camera/image", Level.OK)]
+
+
+def test_a_sensor_that_is_connected_again_is_watched_from_its_next_message_on(watched: Watched) -> None:
+    disconnect(watched.rig, "monitor", "image")
+    watched.drive(5.0)
+    set_parameters(watched.rig, "camera", failure="silent")
+    connect(watched.rig, "monitor", "image", "camera/image")
+    watched.drive(3.0)
+    assert set(watched.health[-1].watched) == {"scan", "odometry"}
+    set_parameters(watched.rig, "camera", failure="black")
+    watched.drive(1.0)
+    assert watched.faults() == {"camera/image": "black"}
+
+
+def test_an_expected_sensor_is_missed_without_a_connection_too(watched: Watched) -> None:
+    disconnect(watched.rig, "monitor", "scan")
+    watched.drive(4.0)
+    assert watched.faults() == {}
+    watched.drive(3.0)
+    assert watched.faults() == {"scan": "silent"}
 
 
 def test_a_picture_of_one_colour_is_blank() -> None:
