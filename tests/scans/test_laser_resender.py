@@ -29,6 +29,7 @@ class Lidar:
     passed: list[LaserScan]
     energy: list[EnergyUse]
     spoil: Callable[[Ranges], Ranges] = lambda ranges: ranges
+    ahead: float = 0.0
     sent: list[LaserScan] = field(default_factory=list)
     noise: np.random.Generator = field(default_factory=lambda: np.random.default_rng(1))
 
@@ -37,7 +38,7 @@ class Lidar:
         for _ in range(round(seconds / PERIOD)):
             if speaks:
                 ranges = (2.0 + 0.01 * self.noise.standard_normal(90)).astype(np.float32)
-                now = self.rig.clock.now() / 1e9
+                now = self.rig.clock.now() / 1e9 + self.ahead
                 scan = LaserScan(now, "lidar", "base_link", Pose(), 0.0, math.tau / 90, 0.1, 8.0, self.spoil(ranges))
                 self.sent.append(scan)
                 self.rig.publish("raw", scan)
@@ -159,6 +160,35 @@ def test_scans_in_the_wrong_order_are_not_passed_on(lidar: Lidar) -> None:
     lidar.run(1.0)
     lidar.rig.publish("raw", lidar.sent[-2])
     assert len(lidar.passed) == 5
+
+
+def test_a_scan_from_the_future_is_not_passed_on_and_those_after_it_are(lidar: Lidar) -> None:
+    lidar.run(1.0)
+    lidar.ahead = 1e6
+    lidar.run(0.2)
+    lidar.ahead = 0.0
+    lidar.run(1.0)
+    assert lidar.works
+    assert len(lidar.passed) == 10
+    lidar.run(1.0, speaks=False)
+    assert lidar.failure.startswith("the lidar fails (silent)")
+
+
+@pytest.mark.parametrize("ahead", [2.0, 1e6])
+def test_scans_from_the_future_are_a_failure(lidar: Lidar, ahead: float) -> None:
+    lidar.run(1.0)
+    lidar.ahead = ahead
+    lidar.run(0.6)
+    assert lidar.rig.state("resender") is State.UNCONFIGURED
+    assert lidar.failure.startswith("the lidar fails (ahead): ")
+    assert len(lidar.passed) == 5
+
+
+def test_the_lidar_s_clock_may_be_a_little_ahead(lidar: Lidar) -> None:
+    lidar.ahead = 0.5
+    lidar.run(2.0)
+    assert lidar.works
+    assert len(lidar.passed) == 10
 
 
 def test_a_further_configuration_tries_the_lidar_again(lidar: Lidar) -> None:

@@ -19,7 +19,7 @@ def _seconds(default: float, description: str) -> Parameter[float]:
 
 
 class LaserResender(PoweredComponent):
-    """Passes on each plausible scan unchanged, and fails when the lidar is silent, frozen, or measures nothing.
+    """Passes on plausible scans unchanged, and fails when the lidar is silent, frozen, ahead, or measures nothing.
 
     It fails by itself: it goes through error processing and is unconfigured, with the reason as its failure. So
     supervision and observers of components see that the lidar cannot be used. A further configuration and activation
@@ -51,7 +51,7 @@ class LaserResender(PoweredComponent):
     @raw.handler
     def on_raw(self, scan: LaserScan) -> None:
         """Pass a plausible scan on."""
-        plausible, fault = self._judge.judge(scan, self._tolerances())
+        plausible, fault = self._judge.judge(scan, self.kit.now(), self._tolerances())
         if plausible:
             self.scan.publish(scan)
         self._fail_by(fault)

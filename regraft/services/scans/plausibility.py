@@ -10,7 +10,9 @@ import numpy as np
 from regraft.bus_schema.messages.sensors import LaserScan
 from regraft.services.sensor_checks import FROZEN, SILENT, Finding, Sameness, scan_fingerprint
 
-ZEROS, EMPTY = "zeros", "empty"
+ZEROS, EMPTY, AHEAD = "zeros", "empty", "ahead"
+EARLY = 1.0
+"""s by which the lidar's clock may be ahead."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,12 +44,17 @@ class ScanJudge:
         # Times are sums of steps: a rounding error is no silence.
         return Finding(SILENT, f"no scan has come for {quiet:.2f} s") if quiet > allowed + 1e-9 else None
 
-    def judge(self, scan: LaserScan, tolerances: Tolerances) -> tuple[bool, Finding | None]:
-        """Take in a scan; return whether it is plausible, and what the lidar's fault is where that is certain.
+    def judge(self, scan: LaserScan, now: float, tolerances: Tolerances) -> tuple[bool, Finding | None]:
+        """Take in a scan at ``now`` (s); return whether it is plausible, and the lidar's fault where that is certain.
 
         A scan that is as old as the one before, or older, is not plausible. So is one that equals the one before, for
-        a lidar has noise.
+        a lidar has noise. One from the future is not, either, and what follows is judged without it.
         """
+        ahead = scan.stamp - now
+        if ahead > EARLY:
+            self._implausible += 1
+            early = Finding(AHEAD, f"the time of the scans is {ahead:.1f} s ahead")
+            return False, early if self._implausible >= tolerances.in_a_row else None
         if scan.stamp <= self._newest or scan.stamp < self.since:
             return False, None
         self._newest = scan.stamp
