@@ -40,11 +40,14 @@ def picture_fingerprint(pixels: npt.NDArray[np.uint8]) -> bytes:
     """Return a few hundred values of a picture (height, width, 3), spread over it."""
     height, width, _ = pixels.shape
     step = max(1, math.isqrt(height * width // PIXELS_LOOKED_AT))
-    return pixels[step // 2 :: step, step // 2 :: step].tobytes()
+    top, left = min(step, height) // 2, min(step, width) // 2
+    return pixels[top::step, left::step].tobytes()
 
 
 def judge_picture(fingerprint: bytes) -> Finding | None:
     """Report whether a picture shows nothing at all: even in the dark a working camera has noise."""
+    if not fingerprint:
+        return Finding(BLANK, "the pictures have no pixels")
     if fingerprint.count(fingerprint[:1]) < len(fingerprint):
         return None
     if fingerprint[0] == 0:
@@ -54,7 +57,7 @@ def judge_picture(fingerprint: bytes) -> Finding | None:
 
 def judge_depths(depths: npt.NDArray[np.float32], least_valid: float) -> Finding | None:
     """Report whether too few of the depths are there: what is too near to be measured (-inf) counts as found."""
-    found = float(np.mean(~np.isposinf(depths)))
+    found = float(np.mean(~np.isposinf(depths))) if depths.size else 0.0
     return Finding(BLIND, f"only {found:.0%} of the depths show anything") if found < least_valid else None
 
 

@@ -233,6 +233,18 @@ def test_black_and_frozen_pictures_are_told_and_of_no_use(detector: Detecting) -
     assert quality["detection_rate"] == pytest.approx(2 / 6)
 
 
+def test_pictures_without_pixels_are_told_and_of_no_use(detector: Detecting) -> None:
+    good = studio_of("ray").picture()
+    empty = replace(good, pixels=np.empty((0, 0, 3), np.uint8))
+    with Rig() as rig:
+        told: list[Diagnostic] = []
+        rig.bus.subscribe(rig.keys.diagnostics, lambda sample: told.append(_diagnostic(sample.payload)))
+        set_up(rig, detector, [empty, empty, good])
+        seen = rig.call("detect", Detect(pictures=3), Sightings)
+    assert (seen.pictures, seen.useful, seen.hits) == (3, 1, 1)
+    assert [one.level for one in told if one.subject == "image"] == [Level.ERROR, Level.OK]
+
+
 def test_a_missing_picture_is_told_until_one_comes(detector: Detecting) -> None:
     studio = studio_of("ray")
     with Rig() as rig:

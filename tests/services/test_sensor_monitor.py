@@ -1,5 +1,6 @@
 """Promises of the sensor monitor, on the simulated robot whose sensors are made to fail."""
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -10,7 +11,7 @@ import pytest
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.geometry import Pose, Twist
 from regraft.bus_schema.messages.health import Diagnostic, Level, SensorHealth
-from regraft.bus_schema.messages.sensors import DepthImage, Image, LightLevel, Odometry
+from regraft.bus_schema.messages.sensors import DepthImage, Image, LaserScan, LightLevel, Odometry
 from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.component.component import describe
 from regraft.runtime.lifecycle.lifecycle import TransitionFailed
@@ -240,6 +241,34 @@ def test_a_picture_of_one_colour_is_blank() -> None:
         rig.publish("image", Image(0.2, "camera_optical", "base_link", Pose(), 1.0, pixels))
         rig.advance(0.5)
     assert [fault.fault for fault in health[-1].faults] == ["blank"]
+
+
+def test_pictures_and_depths_without_pixels_are_of_no_use_and_spoil_no_other_watch() -> None:
+    with Rig() as rig:
+        rig.add(SensorMonitor)
+        health = rig.collect("sensor_health", SensorHealth)
+        ranges = (2.0 + 0.01 * np.random.default_rng(1).standard_normal(90)).astype(np.float32)
+        for shape in ((0, 0), (0, 8), (8, 0)):
+            now = rig.clock.now() / 1e9
+            scan = LaserScan(now, "lidar", "base_link", Pose(), 0.0, math.tau / 90, 0.1, 8.0, ranges + now)
+            rig.publish("scan", scan)
+            rig.publish("image", Image(now, "eye", "base_link", Pose(), 1.0, np.empty((*shape, 3), np.uint8)))
+            depths = np.empty(shape, np.float32)
+            rig.publish("depth", DepthImage(now, "eye", "base_link", Pose(), 1.5, 0.3, 5.0, depths))
+            rig.advance(0.5)
+            assert [(each.topic, each.fault) for each in health[-1].faults] == [("image", "blank"), ("depth", "blind")]
+            assert "scan" in health[-1].watched
+
+
+@pytest.mark.parametrize("shape", [(1, 4000), (4000, 1)])
+def test_a_picture_of_one_row_or_column_is_of_use(shape: tuple[int, int]) -> None:
+    with Rig() as rig:
+        rig.add(SensorMonitor, parameters={"expected": ["image"]})
+        health = rig.collect("sensor_health", SensorHealth)
+        pixels = np.random.default_rng(1).integers(0, 255, (*shape, 3), np.uint8)
+        rig.publish("image", Image(0.2, "camera_optical", "base_link", Pose(), 1.0, pixels))
+        rig.advance(0.5)
+    assert not health[-1].faults
 
 
 def test_an_unknown_sensor_to_expect_is_refused() -> None:
