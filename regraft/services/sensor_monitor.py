@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
-from regraft import Component, Input, Output, Parameter, Quality, every
+from regraft import Component, Input, Output, Parameter, ParameterError, Quality, every
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.geometry import Twist
 from regraft.bus_schema.messages.health import Level, SensorFault, SensorHealth
 from regraft.bus_schema.messages.sensors import DepthImage, Image, LaserScan, Odometry
 from regraft.bus_schema.model.description import Resources
+from regraft.bus_schema.suggestions import no_such
 from regraft.services import robot_parameters
 from regraft.services.sensor_checks import (
     FROZEN,
@@ -104,11 +107,18 @@ class SensorMonitor(Component):
         # Two looks lie between the first of the same messages and the one that is reported: each comes up to one late.
         return {"detection_delay": max(silent + 1.0 / LOOKS, frozen + 2.0 / LOOKS + period)}
 
+    @classmethod
+    def check_parameters(cls, parameters: dict[str, Any], seed: int) -> None:
+        """Refuse to expect a sensor that there is not."""
+        _check_expected(parameters["expected"])
+
+    def on_parameters(self, changed: frozenset[str]) -> None:
+        """Refuse to expect a sensor that there is not; raises ParameterError."""
+        _check_expected(self.expected)
+
     def on_configure(self) -> None:
-        """Begin without trouble; raises ValueError if there is no such sensor to expect."""
-        unknown = sorted(set(self.expected) - set(SENSORS))
-        if unknown:
-            raise ValueError(f"expected: no sensor {unknown[0]!r}; there are: {', '.join(SENSORS)}")
+        """Begin without trouble; raises ParameterError if there is no such sensor to expect."""
+        _check_expected(self.expected)
         self._watches = {name: _Watch() for name in SENSORS}
 
     def on_activate(self) -> None:
@@ -206,3 +216,9 @@ class SensorMonitor(Component):
         elif before is not None:
             self.kit.diagnose(topic, Level.OK, f"not {before.fault} any more")
             self.kit.event("sensor.ok", f"{topic}: not {before.fault} any more", topic=topic, fault=before.fault)
+
+
+def _check_expected(names: Sequence[str]) -> None:
+    unknown = [(index, name) for index, name in enumerate(names) if name not in SENSORS]
+    if unknown:
+        raise ParameterError([(f"expected.{index}", no_such("sensor", name, SENSORS)) for index, name in unknown])

@@ -1,6 +1,7 @@
 """Promises of the sensor monitor, on the simulated robot whose sensors are made to fail."""
 
 import math
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -13,7 +14,8 @@ from regraft.bus_schema.messages.geometry import Pose, Twist
 from regraft.bus_schema.messages.health import Diagnostic, Level, SensorHealth
 from regraft.bus_schema.messages.sensors import DepthImage, Image, LaserScan, LightLevel, Odometry
 from regraft.bus_schema.model.lifecycle import State, Transition
-from regraft.component.component import describe
+from regraft.component.component import describe, parameter_set
+from regraft.component.parameters import ParameterError
 from regraft.runtime.lifecycle.lifecycle import TransitionFailed
 from regraft.services.sensor_monitor import SensorMonitor
 from regraft.sim_service.camera_component import Camera
@@ -21,8 +23,9 @@ from regraft.sim_service.world import World
 from regraft.testing import Rig
 from tests.support.worlds import FROG_WORLD
 
-from .rigs import connect, disconnect, run, set_parameters, world_on
+from .rigs import connect, disconnect, run, set_parameters, why_refused, world_on
 
+NO_NOSE = r"expected.0: there is no sensor 'nose'; there are: depth, image, localization, odometry, scan"
 Depths = npt.NDArray[np.float32]
 
 
@@ -274,9 +277,24 @@ def test_a_picture_of_one_row_or_column_is_of_use(shape: tuple[int, int]) -> Non
 def test_an_unknown_sensor_to_expect_is_refused() -> None:
     with Rig() as rig:
         rig.add(SensorMonitor, parameters={"expected": ["nose"]}, state=State.UNCONFIGURED)
-        with pytest.raises(TransitionFailed, match=r"expected: no sensor 'nose'; there are: image, scan"):
+        with pytest.raises(TransitionFailed, match=NO_NOSE):
             rig.transition("sensormonitor", Transition.CONFIGURE)
         assert len(rig.take_faults()) == 1
+
+
+def test_an_unknown_sensor_to_expect_is_found_before_anything_starts() -> None:
+    given = parameter_set(SensorMonitor, {"expected": ["scan", "nose"]}).values
+    with pytest.raises(ParameterError) as caught:
+        SensorMonitor.check_parameters(given, 0)
+    assert [place for place, _ in caught.value.parts] == ["expected.1"]
+
+
+def test_an_unknown_sensor_to_expect_is_not_set() -> None:
+    with Rig() as rig:
+        monitor = rig.add(SensorMonitor)
+        assert re.search(NO_NOSE, why_refused(rig, "sensormonitor", expected=["nose"]))
+        assert monitor.expected == ("odometry", "scan")
+        set_parameters(rig, "sensormonitor", expected=["image"])
 
 
 def test_the_monitor_does_not_know_the_truth() -> None:
