@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from regraft import CallFailed, Component, Output, every
 from regraft.bus_schema.messages.maps import Frontier, NextFrontier, OccupancyGrid
-from regraft.bus_schema.model.lifecycle import Transition
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.services.explorer.explorer import Explorer
 from regraft.testing import Rig
+from tests.services.rigs import set_parameters
 
 from .rooms import RADIUS, Mapped, Room, odometry, room_of
 from .tour import Tour
@@ -75,6 +76,14 @@ def test_best_takes_the_near_one_of_two_alike_and_furthest_the_far_one(rig: Rig,
     tour.mapped.cells[:, :30] = -1
     tour.mapped.cells[:, 85:] = -1
     assert chamber_of(tour.ask()) == chamber
+
+
+def test_an_explorer_s_parameters_are_set_before_it_is_configured(rig: Rig) -> None:
+    explorer = rig.add(Explorer, "explorer", state=State.UNCONFIGURED)
+    set_parameters(rig, "explorer", strategy="furthest", renewal=0.03)
+    rig.transition("explorer", Transition.CONFIGURE)
+    assert (explorer.strategy, explorer.renewal) == ("furthest", 0.03)
+    assert rig.state("explorer") is State.INACTIVE
 
 
 def test_the_weights_say_how_much_of_a_frontier_is_worth_the_way(rig: Rig) -> None:

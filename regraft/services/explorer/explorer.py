@@ -75,7 +75,8 @@ class Explorer(Component):
 
     def on_parameters(self, changed: frozenset[str]) -> None:
         """Take over what changed."""
-        self._places.renewal = self.renewal
+        if hasattr(self, "_places"):
+            self._places.renewal = self.renewal
 
     @service("next_frontier")
     async def next_frontier(self, request: maps.NextFrontier) -> maps.Frontier:
