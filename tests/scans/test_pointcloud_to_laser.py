@@ -24,7 +24,7 @@ from regraft.services.scans.pointcloud_to_laser import PointcloudToLaser
 from regraft.sim_service.depth_camera import DepthCamera
 from regraft.testing import Rig
 from tests.devices.worlds import FLOOR, PUCK, on_bus, robot, tick, world_on
-from tests.services.rigs import why_refused
+from tests.services.rigs import set_parameters, why_refused
 
 EYE = '<camera name="eye" pos="0.03 0 0.2" xyaxes="0 -1 0 0 0 1" fovy="60" resolution="40 30"/>'
 LOW = '<body name="low" pos=".7 -.4 .01"><geom type="box" size=".02 .1 .01"/></body>'
@@ -133,6 +133,15 @@ def test_a_band_of_heights_that_becomes_empty_while_it_works_is_refused_and_the_
     (scan,) = eye.scans
     assert np.isfinite(scan.ranges).all()
     assert not why_refused(eye.rig, "cloud", min_height=1.5, max_height=2.0)
+
+
+def test_another_height_of_the_base_counts_from_the_next_image_on(eye: Eye) -> None:
+    eye.show()
+    set_parameters(eye.rig, "cloud", base_height=2.0)
+    eye.show()
+    low, above_the_band = eye.scans
+    assert np.isfinite(low.ranges).all()
+    assert (above_the_band.ranges == np.inf).all()
 
 
 def test_a_component_with_an_empty_band_of_heights_is_not_configured() -> None:

@@ -74,7 +74,7 @@ class PointcloudToLaser(PoweredComponent):
         """Return what makes scans of such images, prepared once for each view; None if that is not possible."""
         band, reach = (self.min_height, self.max_height), (image.range_min, image.range_max)
         size, opening = image.depths.shape, image.horizontal_field_of_view
-        key = (image.pose_frame, image.pose, size, opening, band, reach)
+        key = (image.pose_frame, image.pose, self.base_height, size, opening, band, reach)
         if self._known is None or self._known[0] != key:
             self._known = (key, self._prepared(image, band, reach))
         return self._known[1]
