@@ -75,6 +75,13 @@ def test_every_form_is_taken_and_what_holds_is_applied(gauged: System) -> None:
     gauged.ask("undo", report["id"])
 
 
+def test_the_modes_of_all_parts_are_shown_as_json(gauged: System) -> None:
+    (whole,) = [part for part in gauged.ask("mode", "show") if not part["part"]]
+    assert whole["kind"] == "system"
+    (gauge,) = gauged.ask("mode", "show", "gauge")
+    assert (gauge["part"], gauge["kind"], gauge["state"]) == ("gauge", "component", "active")
+
+
 BROKEN: list[tuple[str, str, str, str, float | None]] = [
     ("adapt low", LEVEL, "quality_out_of_bounds", "gauge.level", 1.0),
     ("mode low", "gauge.level > 4", "expression_false", "gauge.level > 4", None),

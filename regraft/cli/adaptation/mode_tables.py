@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.management.modes import ModeStatus, PartModes, SystemModes
 from regraft.bus_schema.model.robots.robot_view import RobotView
 from regraft.bus_schema.suggestions import no_such
@@ -57,7 +58,7 @@ def show_parts(found: SystemModes, name: str, view: RobotView, *, as_json: bool)
         raise BadInput(no_such("part", name, named))
     parts = [named[name]] if name else [each for each in found.parts if view.has_part(each.part)]
     if as_json:
-        show_json(parts)
+        show_json([codec.to_plain(part) for part in parts])
         return
     rows = [(part.part or THE_SYSTEM, part.kind.value, part.target, part.actual, _state(part)) for part in parts]
     show_table(("part", "kind", "target", "actual", "state"), rows, empty="there are no parts")
