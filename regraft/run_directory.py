@@ -16,6 +16,7 @@ from typing import IO
 
 from regraft.bus.zenoh_config import Endpoints
 
+HOME = "REGRAFT_HOME"
 STEP_SOCKET = "steps.sock"
 """Where the source of simulated time exchanges steps with the members on its machine."""
 
@@ -66,9 +67,15 @@ class RunInfo:
 def home() -> Path:
     """Return the folder of all systems' folders; raises NoHome."""
     try:
-        return Path(os.environ.get("REGRAFT_HOME") or Path.home() / ".regraft")
+        return Path(os.environ.get(HOME) or Path.home() / ".regraft").absolute()
     except RuntimeError:
         raise NoHome("there is no home folder for the systems' files: set REGRAFT_HOME to a folder, or HOME") from None
+
+
+def keep_home() -> None:
+    """Have a process that is about to change its working folder, and its children, find the same files as before."""
+    if os.environ.get(HOME):
+        os.environ[HOME] = str(home())
 
 
 def folder(system: str) -> Path:

@@ -202,6 +202,12 @@ def test_a_command_of_a_user_without_a_home_is_refused(monkeypatch: pytest.Monke
         run_directory.home()
 
 
+def test_a_relative_home_is_below_the_working_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("REGRAFT_HOME", "runs")
+    assert run_directory.folder("tiny") == tmp_path / "runs" / "tiny"
+
+
 def test_errors_of_the_kit_have_the_documented_exit_codes() -> None:
     bad = (NoSuchComponent("a"), NoSuchHost("a"), StackError([Problem("f", 1, "a", "b")]))
     assert [exit_code(error) for error in bad] == [BAD_INPUT] * 3

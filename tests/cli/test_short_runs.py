@@ -35,6 +35,16 @@ class Broken(World):
     def on_configure(self) -> None:
         os._exit(3)
 """
+LOOKING = """\
+from regraft import run_directory
+from regraft.sim_service.world import World
+
+
+class Looking(World):
+    def on_configure(self) -> None:
+        super().on_configure()
+        (run_directory.folder(self.kit.system) / "seen").write_text("")
+"""
 
 
 def ended(folder: Path, world: str) -> tuple[int, list[str]]:
@@ -49,6 +59,21 @@ def ended(folder: Path, world: str) -> tuple[int, list[str]]:
 
 def test_a_run_that_is_over_in_a_moment_came_up(tmp_path: Path) -> None:
     assert ended(tmp_path, "regraft.sim_service.world:World") == (0, [])
+
+
+def test_files_are_below_a_relative_home_as_seen_where_the_command_was_typed(tmp_path: Path) -> None:
+    stack, elsewhere = tmp_path / "stack", tmp_path / "elsewhere"
+    stack.mkdir()
+    elsewhere.mkdir()
+    (stack / "looking_world.py").write_text(LOOKING)
+    (stack / "world.xml").write_text(WORLD)
+    (stack / "stack.yaml").write_text(STACK.format(world="looking_world:Looking"))
+    words = ("up", "../stack", "--for", "1", "--headless", "--json")
+    done = run(*words, cwd=elsewhere, environment=in_home(Path("runs")))
+    assert (done.returncode, json.loads(done.stdout)["problems"]) == (0, []), done.stderr
+    assert (elsewhere / "runs" / "short" / "logs" / "world.log").is_file()
+    assert (elsewhere / "runs" / "short" / "seen").is_file()
+    assert not (stack / "runs").exists()
 
 
 def test_a_run_ends_when_its_source_of_time_is_quarantined(tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from regraft import run_directory
 from regraft.host.zygote import frames
 from regraft.host.zygote.describe_process import be_describer
 from regraft.host.zygote.estimate_process import be_estimator
@@ -185,6 +186,7 @@ def _be_child(order: dict[str, Any], line: socket.socket, zygote: int, pipe: tup
             os.close(descriptor)
         order["log"] = os.path.abspath(order["log"])
         forked.open_log(order["log"])
+        run_directory.keep_home()
         os.chdir(order["folder"])
         forked.limit_files(order.get("files"))
         code = _act(order)
