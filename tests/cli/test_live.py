@@ -40,6 +40,14 @@ def test_a_parameter_that_was_set_is_what_get_and_list_say(tiny: System) -> None
     assert all(f"{name}" in listed for name in ("adaptation_manager", "listener", "talker", "step"))
 
 
+def test_a_negative_value_is_typed_as_it_is(tiny: System) -> None:
+    before = tiny.ask("param", "get", "listener", "offset")["value"]
+    report = tiny.ask("param", "set", "listener", "offset", "-1.5", "--reason", "below")
+    assert tiny.ask("param", "get", "listener", "offset")["value"] == -1.5
+    tiny.ask("undo", report["id"])
+    assert tiny.ask("param", "get", "listener", "offset")["value"] == before
+
+
 def test_values_that_do_not_fit_are_all_told_and_never_asked_for(tiny: System) -> None:
     before = tiny.ask("journal")
     found = regraft(tiny.home, "param", "set", "talker", "step=11", "rate=1000")

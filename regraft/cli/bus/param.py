@@ -15,6 +15,7 @@ from regraft.cli.adaptation import managing
 from regraft.cli.adaptation.mistakes import refuse_values
 from regraft.cli.outcomes import BadInput, Unreachable
 from regraft.cli.running_system import Reached, reached
+from regraft.cli.terminal.negative_values import TakesValues
 from regraft.cli.terminal.options import (
     ComponentArgument,
     DryRunOption,
@@ -116,7 +117,7 @@ def get(
         say(str(values[parameter]))
 
 
-@param.command("set")
+@param.command("set", cls=TakesValues)
 def set_parameters(
     ctx: typer.Context,
     component: ComponentArgument,

@@ -31,6 +31,7 @@ from regraft.cli.objectives.showing import has_ended, show_details, show_list
 from regraft.cli.objectives.typed import Wanted, bounds, curves, objectives_in, weights
 from regraft.cli.outcomes import FAILED, BadInput
 from regraft.cli.running_system import reached, user
+from regraft.cli.terminal.negative_values import TakesValues
 from regraft.cli.terminal.numbers import number
 from regraft.cli.terminal.options import JsonOption, RobotOption, SystemOption, TimeoutOption
 from regraft.cli.terminal.output import complain, say, show_json, show_table
@@ -267,7 +268,7 @@ def context(
     show_table(("context", "present"), rows, empty="no contexts")
 
 
-@objective.command("report")
+@objective.command("report", cls=TakesValues)
 def report(
     ctx: typer.Context,
     name: ObjectiveArgument,

@@ -30,6 +30,7 @@ from regraft.bus_schema.model.robots.executors import (
 from regraft.cli.bus.param import values_of
 from regraft.cli.outcomes import BAD_INPUT, BadInput, Failed
 from regraft.cli.running_system import reached
+from regraft.cli.terminal.negative_values import TakesValues
 from regraft.cli.terminal.options import JsonOption, RobotOption, SystemOption
 from regraft.cli.terminal.output import complain, say, seconds, show_json, show_table
 from regraft.services.bt_executor.authors import breakpoint_commands, converting, drawing, replaying, trying
@@ -176,7 +177,7 @@ def get(
         say(f"sub-trees with a blackboard of their own: {', '.join(found.boards)}")
 
 
-@mission.command("set")
+@mission.command("set", cls=TakesValues)
 def set_entries(
     ctx: typer.Context,
     settings: Annotated[list[str], typer.Argument(metavar="KEY VALUE | KEY=VALUE...")],
