@@ -61,6 +61,8 @@ class Component:
     """Whether the component, from ``on_configure`` to ``on_cleanup``, holds what only one process can hold: a device, a
     port, a lock. A run that is succeeded releases it first. A class with devices in ``resources`` is exclusive too.
     """
+    listens_at_port: ClassVar[bool] = False
+    """Whether the component listens at its parameters ``address`` and ``port``, which ``regraft up`` tries first."""
 
     def __init_subclass__(cls, **more: Any) -> None:
         """Refuse a class that uses a name of this one for something else; raises BadType."""

@@ -28,6 +28,7 @@ class Gateway(Component):
     resources = Resources(cpu=0.04, memory=40.0)
     lockstep = False
     exclusive = True  # of its port
+    listens_at_port = True
     removal_forbidden = "those who watch and adapt the system over HTTP would be cut off"
     handler_timeout = 8.0
 

@@ -9,10 +9,11 @@ from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.bus_schema.model.parameter_values import effective_parameter
 from regraft.cli.outcomes import BadInput
+from regraft.process.main import load_class
 
 
 def check_ports(architecture: Architecture) -> None:
-    """Raise BadInput, naming component and address, if a component's ``address`` and ``port`` are in use."""
+    """Raise BadInput, naming component and address, if the address and port at which one will listen are in use."""
     problems = []
     for component, address, port in listeners(architecture):
         why = why_not_free(address, port)
@@ -26,9 +27,11 @@ def check_ports(architecture: Architecture) -> None:
 
 
 def listeners(architecture: Architecture) -> Iterator[tuple[str, str, int]]:
-    """Yield component, address and port of all that have such parameters; port 0, any free one, is left out."""
+    """Yield component, address and port of all that will listen here; port 0, any free one, is left out."""
     for name, spec in sorted(architecture.components.items()):
         if spec.description is None or spec.host != LOCAL:
+            continue
+        if not spec.cls or not load_class(spec.cls).listens_at_port:
             continue
         address = effective_parameter(spec.description, spec.parameters, "address")
         port = effective_parameter(spec.description, spec.parameters, "port")
