@@ -106,9 +106,10 @@ class Expendable:
 def _expendable() -> Iterator[None]:
     try:
         yield
-    except CannotWrite as error:
+    except (CannotWrite, BrokenPipeError) as error:
         give_up_output()
-        complain(f"{error}; the system runs on, unseen")
+        why = error if isinstance(error, CannotWrite) else "nobody reads standard output any more"
+        complain(f"{why}; the system runs on, unseen")
 
 
 def display(*, headless: bool, quiet: bool) -> Display:

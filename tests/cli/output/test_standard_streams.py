@@ -94,6 +94,21 @@ def test_a_system_runs_on_when_its_output_cannot_be_written(redirected: str, bef
     assert ["; the system runs on, unseen" in line for line in told] == ([] if "2>" in redirected else [True])
 
 
+def test_a_system_runs_on_when_nobody_reads_its_output_any_more(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "regraft.cli", "up", str(STACK), "--for", "1"]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, cwd=tmp_path, env=in_home(tmp_path), stdout=pipe, stderr=pipe, text=True) as up:
+        assert up.stdout
+        assert up.stdout.readline().startswith("system tiny ")
+        up.stdout.close()
+        try:
+            told = up.communicate(timeout=2 * PATIENCE)[1].splitlines()
+        finally:
+            up.kill()
+    assert up.returncode == 0, told
+    assert len([line for line in told if "; the system runs on, unseen" in line]) == 1
+
+
 @pytest.mark.parametrize("redirected", [">&-", ">/dev/full"])
 def test_a_summary_that_cannot_be_written_is_a_failure(redirected: str, tmp_path: Path) -> None:
     ran = run(f"up {STACK} --for 1 --json {redirected}", tmp_path)
