@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import json
+import subprocess
 from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 
 from tests.cli.live import STACK, System, regraft
-from tests.support.commands import Command, in_home
+from tests.support.commands import REGRAFT, Command, in_home
 from tests.support.machine.processes import kill, wait_gone
-from tests.support.waiting import wait_until
+from tests.support.waiting import PATIENCE, wait_until
 
 pytestmark = pytest.mark.slow
 
@@ -163,6 +164,25 @@ def test_a_goal_ends_with_the_command_that_sent_it_however_that_ends(tiny: Syste
     sender.kill()
     wait_until(
         lambda: "its client is gone" in regraft(tiny.home, "logs", "listener").stdout, "the goal to be cancelled"
+    )
+
+
+def test_a_goal_ends_when_nobody_reads_its_feedback_any_more(tiny: System) -> None:
+    before = regraft(tiny.home, "logs", "listener").stdout.count("its client is gone")
+    command = [*REGRAFT, "goal", "send", "wait_for", "{value: 1.0e300}", "--feedback", "--json"]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, env=in_home(tiny.home), stdout=pipe, stderr=pipe, text=True) as sender:
+        assert sender.stdout
+        assert "value" in json.loads(sender.stdout.readline())
+        sender.stdout.close()
+        try:
+            told = sender.communicate(timeout=2 * PATIENCE)[1]
+        finally:
+            sender.kill()
+    assert (sender.returncode, told) == (1, "")
+    wait_until(
+        lambda: regraft(tiny.home, "logs", "listener").stdout.count("its client is gone") > before,
+        "the goal to be cancelled",
     )
 
 

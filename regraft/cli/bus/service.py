@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import queue
 import time
 from typing import Annotated
 
@@ -9,6 +10,7 @@ import typer
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.cli.bus import message_types
+from regraft.cli.bus.sampling import Backlog, tell_missed
 from regraft.cli.outcomes import INTERRUPTED
 from regraft.cli.running_system import Reached, reached
 from regraft.cli.terminal.options import JsonOption, RobotOption, SystemOption, TimeoutOption
@@ -96,25 +98,28 @@ def send(
     """Send an action a goal and print its result; Ctrl-C cancels the goal, as every end of this command does."""
     with reached(ctx, system) as there:
         request = _request(there, name, "action", body)
-
-        def show(message: PlainValue) -> None:
-            show_reply(message, as_json=as_json, compact=True)
-
-        pursued = there.client.goal_plain(name, request, on_feedback=show if feedback else None, outlives=detach)
+        heard: Backlog[PlainValue] = Backlog()
+        pursued = there.client.goal_plain(name, request, on_feedback=heard.take if feedback else None, outlives=detach)
         if detach:
             complain(f"{name} has accepted the goal")
             return
-        show_reply(_result(pursued, timeout), as_json=as_json, compact=feedback)
+        result = _result(pursued, timeout, heard, as_json=as_json)
+        show_reply(result, as_json=as_json, compact=feedback)
 
 
-def _result(pursued: ClientGoal[PlainValue, PlainValue], timeout: float) -> PlainValue:
-    """Wait for a goal's end; if nobody waits for it any more, it is cancelled."""
+def _result(
+    pursued: ClientGoal[PlainValue, PlainValue], timeout: float, heard: Backlog[PlainValue], *, as_json: bool
+) -> PlainValue:
+    """Show feedback until a goal's end, and return its result; if nobody waits for it any more, it is cancelled."""
     deadline = time.monotonic() + timeout
     try:
         # Waiting in short steps lets Ctrl-C through.
         while not pursued.done and time.monotonic() < deadline:
-            time.sleep(min(LOOK_INTERVAL, max(0.0, deadline - time.monotonic())))
+            _show_feedback(heard, min(LOOK_INTERVAL, max(0.0, deadline - time.monotonic())), as_json)
         if pursued.done:
+            while _show_feedback(heard, 0.0, as_json):
+                pass
+            tell_missed(heard.missed)
             return pursued.result(CANCEL_TIMEOUT)
         _cancel(pursued)
         raise CallFailed("goal", None, f"had not ended after {timeout:g} s, and was cancelled")
@@ -122,6 +127,16 @@ def _result(pursued: ClientGoal[PlainValue, PlainValue], timeout: float) -> Plai
         complain("cancelling the goal ...")
         _cancel(pursued)
         raise typer.Exit(INTERRUPTED) from None
+
+
+def _show_feedback(heard: Backlog[PlainValue], seconds: float, as_json: bool) -> bool:
+    """Show the feedback that comes next, if some does in time; return whether it did."""
+    try:
+        message = heard.get(seconds)
+    except queue.Empty:
+        return False
+    show_reply(message, as_json=as_json, compact=True)
+    return True
 
 
 def _cancel(pursued: ClientGoal[PlainValue, PlainValue]) -> None:
