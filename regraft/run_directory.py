@@ -175,6 +175,12 @@ def is_running(system: str) -> bool:
         return True
 
 
+def continues(info: RunInfo) -> bool:
+    """Return whether that run of a system has not ended; another one of its name does not count."""
+    now = read_info(info.system)
+    return now is not None and now.run == info.run and is_running(info.system)
+
+
 def running() -> list[RunInfo]:
     """Return all running systems, by name."""
     if not home().is_dir():

@@ -54,6 +54,11 @@ class Reached:
         except NoSuchComponent:
             raise Unreachable(no_process(component)) from None
 
+    def check(self) -> None:
+        """Raise Unreachable once the system has ended: its hub does not come back."""
+        if not run_directory.continues(self.info):
+            raise Unreachable(f"{self.info.system} has ended")
+
     def put(self, key: str, payload: bytes, encoding: str) -> None:
         """Put one message; raises BusError."""
         sender = Sender(self.bus, f"{self.client.name}-put")

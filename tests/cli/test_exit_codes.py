@@ -8,6 +8,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -72,6 +73,17 @@ def test_a_system_that_died_is_not_running(regraft: Regraft, home: Path) -> None
     run_directory.write_info(RunInfo("dead", "1", 1, "tcp/127.0.0.1:1", "stack.yaml", False))
     assert json.loads(regraft("ps", "--json").stdout) == {"systems": []}
     assert "dead died without a farewell" in regraft("doctor", "--json").stdout
+
+
+def test_a_run_of_a_system_continues_until_it_ends_or_another_has_its_name(home: Path) -> None:
+    info = RunInfo("one", "1", 1, "tcp/127.0.0.1:1", "stack.yaml", False)
+    with run_directory.lock("one"):
+        run_directory.write_info(info)
+        assert run_directory.continues(info)
+        run_directory.write_info(replace(info, run="2"))
+        assert not run_directory.continues(info)
+        run_directory.write_info(info)
+    assert not run_directory.continues(info)
 
 
 def test_a_system_that_cannot_be_reached_exits_with_3(regraft: Regraft, home: Path) -> None:

@@ -275,6 +275,23 @@ def test_down_ends_the_system_and_leaves_no_process(tmp_path: Path) -> None:
     assert regraft(tmp_path, "ps", "--json").stdout.split() == ["{", '"systems":', "[]", "}"]
 
 
+def test_commands_that_look_on_end_with_3_once_the_system_has_ended(tmp_path: Path) -> None:
+    with System(tmp_path / "home") as system, ExitStack() as ending:
+
+        def begin(*words: str) -> Command:
+            command = Command(*words, log=tmp_path / words[0], environment=in_home(system.home))
+            ending.callback(command.kill)
+            return command
+
+        echo, events = begin("topic", "echo", "spare"), begin("events", "--kind", "adaptation")
+        echo.wait_line("regraft: spare has no writer now")
+        wait_until(lambda: system.ask("param", "set", "talker", "step=3") and events.lines, "an event to be shown")
+        assert regraft(system.home, "down").returncode == 0
+        for command in (echo, events):
+            assert command.ended() == 3, command.lines
+            assert command.lines[-1] == "regraft: tiny has ended"
+
+
 def test_ctrl_c_ends_a_healthy_run_with_0(tmp_path: Path) -> None:
     with System(tmp_path) as system:
         system.interrupt()

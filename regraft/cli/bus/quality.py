@@ -85,7 +85,7 @@ def echo(
         spec = _measuring(there, component)
         _warn_if_silent(there, component)
         seen = 0
-        for sample in samples(_of(there, component), 1 if once else count, duration):
+        for sample in samples(_of(there, component), 1 if once else count, duration, there.check):
             seen += 1
             _show(spec, sample.message, as_json)
     if (once or count) and not seen:
@@ -105,7 +105,7 @@ def hz(
     with reached(ctx, system) as there:
         _measuring(there, component)
         _warn_if_silent(there, component)
-        rates = rates_of(samples(_of(there, component), count, duration), shown=not as_json)
+        rates = rates_of(samples(_of(there, component), count, duration, there.check), shown=not as_json)
     if not rates.count:
         raise Failed(_nothing_came(component, duration))
     if as_json:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import queue
 import time
 from collections.abc import Callable, Iterator
+from itertools import islice
 from typing import Annotated, Generic, TypeVar
 
 import typer
@@ -15,6 +17,8 @@ from regraft.client import Subscription, TopicSample
 
 MAX_WAITING = 1000
 """Messages that wait to be shown. Further ones are dropped and counted."""
+LOOK_INTERVAL = 1.0
+"""Seconds of silence after which a command looks whether more may come."""
 
 CountOption = Annotated[
     int | None, typer.Option("--count", metavar="N", parser=whole(1), help="End after this number of messages.")
@@ -46,23 +50,25 @@ class Backlog(Generic[T]):
         """Return the next one; raises ``queue.Empty`` if none comes for ``seconds``."""
         return self._queue.get(timeout=seconds)
 
-
-def samples(subscribe: Subscribe, count: int | None, duration: float | None) -> Iterator[TopicSample]:
-    """Yield what comes until ``count`` messages or ``duration`` seconds have passed."""
-    waiting: Backlog[TopicSample] = Backlog()
-    end = None if duration is None else time.monotonic() + duration
-    with subscribe(waiting.take) as subscription:
-        seen = 0
-        while count is None or seen < count:
-            left = 1.0 if end is None else end - time.monotonic()
-            if left <= 0:
-                break
+    def coming(self, duration: float | None, check: Callable[[], object]) -> Iterator[T]:
+        """Yield what comes until ``duration`` seconds have passed; ``check`` is called whenever nothing comes."""
+        end = math.inf if duration is None else time.monotonic() + duration
+        while (left := end - time.monotonic()) > 0:
             try:
-                sample = waiting.get(min(left, 1.0))
+                message = self.get(min(left, LOOK_INTERVAL))
             except queue.Empty:
+                check()
                 continue
-            seen += 1
-            yield sample
+            yield message
+
+
+def samples(
+    subscribe: Subscribe, count: int | None, duration: float | None, check: Callable[[], object]
+) -> Iterator[TopicSample]:
+    """Yield what comes until ``count`` messages or ``duration`` seconds have passed, or ``check`` raises in silence."""
+    waiting: Backlog[TopicSample] = Backlog()
+    with subscribe(waiting.take) as subscription:
+        yield from islice(waiting.coming(duration, check), count)
         if subscription.refused:
             complain(f"{subscription.refused} messages did not fit, the last one: {subscription.last_problem}")
         tell_missed(subscription.dropped + waiting.missed)

@@ -116,7 +116,7 @@ def _check(there: Reached, name: str) -> None:
 
 
 def _samples(there: Reached, name: str, count: int | None, duration: float | None) -> Iterator[TopicSample]:
-    return samples(lambda take: there.client.topic(name, None, take), count, duration)
+    return samples(lambda take: there.client.topic(name, None, take), count, duration, there.check)
 
 
 def _show(sample: TopicSample, json: bool) -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import queue
 import time
+from itertools import islice
 from pathlib import Path
 from typing import Annotated
 
@@ -16,6 +16,7 @@ from regraft.bus_schema.messages.health import Event
 from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.bus_schema.model.robots.robot_view import ALL
 from regraft.bus_schema.suggestions import instead_of
+from regraft.cli.bus.sampling import Backlog, tell_missed
 from regraft.cli.outcomes import BadInput, Unreachable
 from regraft.cli.running_system import reached
 from regraft.cli.system.display import event_line
@@ -145,21 +146,18 @@ def events(
     as_json: JsonOption = False,
 ) -> None:
     """Print what happens, as it happens; as JSON, one document per line."""
-    waiting: queue.Queue[Event] = queue.Queue()
-    end = None if duration is None else time.monotonic() + duration
-    shown = 0
+    waiting: Backlog[Event] = Backlog()
     with reached(ctx, system) as there:
         view = there.known.of_robot(robot).view if robot else ALL
-        there.client.events(waiting.put)
-        while (count is None or shown < count) and (end is None or time.monotonic() < end):
-            try:
-                event = waiting.get(timeout=LOOK_INTERVAL)
-            except queue.Empty:
-                continue
-            if not (event.kind.startswith(kind) and view.has_component(event.subject)):
-                continue
-            shown += 1
+        there.client.events(waiting.take)
+        wanted = (
+            event
+            for event in waiting.coming(duration, there.check)
+            if event.kind.startswith(kind) and view.has_component(event.subject)
+        )
+        for event in islice(wanted, count):
             if as_json:
                 show_json(event, compact=True)
             else:
                 say(event_line(event, there.client.clock()))
+        tell_missed(waiting.missed)

@@ -17,5 +17,5 @@ def test_messages_behind_a_slow_reader_are_bounded_and_the_others_counted(capsys
             take(cast("Any", number))
         return Subscription("numbers", None, take)
 
-    assert len(list(samples(subscribe, None, 0.05))) == MAX_WAITING
+    assert len(list(samples(subscribe, None, 0.05, lambda: None))) == MAX_WAITING
     assert "200 messages came too fast and were not shown" in capsys.readouterr().err
