@@ -153,7 +153,7 @@ def _run_alone(own: Assignment, ending: ShutdownRequest, as_json: bool, *, keeps
 def _run_joined(own: Assignment, info: RunInfo, ending: ShutdownRequest, as_json: bool) -> int:
     """Be one more component of a running system, which no host and no manager looks after."""
     with ending.interrupting(), joined(info) as there:
-        if own.name in there.client.components(wait=0.0):
+        if own.name in {*there.known.components, *there.known.silent}:
             raise BadInput(f"{info.system} has a component {own.name!r} already: choose another --name")
         scope = scope_of(own.name, there.known.topics) if "." in own.name else ""
     threading.Thread(target=_end_after, args=(info.pid,), daemon=True).start()
