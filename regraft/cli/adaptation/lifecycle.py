@@ -39,8 +39,10 @@ def list_states(
     """List components with their states and the transitions that these allow."""
     with reached(ctx, system) as there:
         known = there.known.of_robot(robot)
-        alive = (name for name in sorted(there.client.components(wait=0.0)) if known.view.has_component(name))
-        names = [known.component(component).name] if component else list(alive)
+        # Reports of hosts need not have come yet: the names are those that the first host has been given.
+        managed = [name for name, spec in known.components.items() if spec.managed]
+        silent = [name for name in known.silent if known.view.has_component(name)]
+        names = [known.component(component).name] if component else sorted({*managed, *silent})
         rows = [_row(there, name) for name in names]
     if as_json:
         show_json({"components": rows})

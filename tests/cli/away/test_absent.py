@@ -49,6 +49,20 @@ def test_planners_are_listed_also_where_one_is_absent(partial: System) -> None:
     assert found["error"] != ""
 
 
+def test_states_are_listed_also_of_a_component_that_is_absent(partial: System) -> None:
+    rows = {row["component"]: row for row in partial.ask("lifecycle", "list")["components"]}
+    assert sorted(rows) == ["adaptation_manager", "bandits", "far", "listener", "talker"]
+    assert (rows["talker"]["state"], rows["talker"]["error"]) == ("active", "")
+    assert (rows["far"]["state"], rows["far"]["transitions"]) == (None, [])
+    assert "'far' has no process now" in rows["far"]["error"]
+
+
+def test_nobody_joins_under_the_name_of_a_component_that_is_absent(partial: System) -> None:
+    done = partial.join("tiny_parts:Listener", "--name", "far")
+    assert done.ended() == 2, done.lines
+    assert "tiny has a component 'far' already" in done.lines[-1]
+
+
 @pytest.mark.parametrize(
     "words", [("param", "get", "far", "offset"), ("lifecycle", "get", "far"), ("estimate", "far")], ids=" ".join
 )
