@@ -35,11 +35,12 @@ from regraft.security.tokens import BadToken, BadTokens
 from regraft.stack import StackError
 from regraft.system.capacity import TooMany
 from regraft.system.first_host import CannotJoin, NothingThere
+from regraft.system.launch import NoPort
 
 BY_CODE: tuple[tuple[int, tuple[type[Exception], ...]], ...] = (
     (BAD_INPUT, (BadInput, StackError, CannotImport, NoSuchClass, AlreadyRunning, NoRoom, TooMany, ParameterError)),
     (BAD_INPUT, (SchemaError, NoSuchComponent, NoSuchHost, CannotJoin, NotSecure, BadSecret, CannotMake)),
-    (BAD_INPUT, (BadToken, BadTokens, NoHome)),
+    (BAD_INPUT, (BadToken, BadTokens, NoHome, NoPort)),
     (NOT_REACHABLE, (Unreachable, NotRunning, NothingThere, BusError, NoAnswer)),
     (FAILED, (Failed, ClientError, CallFailed)),
 )

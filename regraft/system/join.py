@@ -75,6 +75,7 @@ def run_guest(
         CannotJoin: the first host refuses, or a file of the host's components is not here.
         AlreadyRunning, NoRoom: the host's folder is in use, or cannot be written.
         TooMany: this machine cannot hold the host's components.
+        NoPort: it has no port for the host's hub.
         NoSuchClass: a class of the host's components cannot be had here.
     """
     ending = ShutdownRequest()

@@ -61,27 +61,29 @@ class Running:
     notices: tuple[str, ...] = ()
 
 
-def free_endpoint() -> str:
-    """Return a loopback endpoint that is free now, and that the kernel gives to nobody meanwhile.
+class NoPort(Exception):
+    """This machine has no port for a hub; the text states why."""
 
-    Raises:
-        OSError: no port is free.
-    """
+
+def free_endpoint() -> str:
+    """Return a loopback endpoint that is free now, and that the kernel gives to nobody meanwhile; raises NoPort."""
+    why = ""
     for port in random.sample(PORTS, len(PORTS)):
-        with socket.socket() as probe, contextlib.suppress(OSError):
-            probe.bind(("127.0.0.1", port))
+        try:
+            with socket.socket() as probe:
+                probe.bind(("127.0.0.1", port))
+        except OSError as error:
+            why = (error.strerror or str(error)).lower()
+        else:
             return f"tcp/127.0.0.1:{port}"
-    raise OSError(f"none of the TCP ports {PORTS[0]} to {PORTS[-1]} is free")
+    raise NoPort(f"no TCP port of 127.0.0.1 from {PORTS[0]} to {PORTS[-1]} is free: {why}")
 
 
 def endpoint_in(folder: Path) -> str:
     """Return the endpoint at which the components of this machine reach the source of simulated time.
 
     It is a Unix socket in the system's folder, which makes a run about a twentieth faster than TCP does. Where a path
-    is too long for a socket, it is a loopback endpoint that is free now.
-
-    Raises:
-        OSError: no port is free.
+    is too long for a socket, it is a loopback endpoint that is free now; raises NoPort.
     """
     socket_file = str(folder / "clock.sock")
     fits = len(os.fsencode(socket_file)) <= LONGEST_SOCKET_PATH and not set(socket_file) & MEANS_MORE_IN_ENDPOINTS
@@ -107,6 +109,7 @@ def run_system(
         KeyboardInterrupt: one of them came before the system was started.
         AlreadyRunning: a system of that name is running.
         TooMany: this machine cannot hold the components.
+        NoPort: it has no port for the hub.
         NoSuchClass: a class cannot be prepared.
         NoRoom: the system's folder cannot be written.
         BusError: the hub cannot listen.

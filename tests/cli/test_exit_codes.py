@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import socket
@@ -20,6 +21,7 @@ from regraft.cli.outcomes import BAD_INPUT, FAILED, NOT_REACHABLE
 from regraft.client import ClientError, NoAnswer, NoSuchComponent, NoSuchHost
 from regraft.run_directory import RunInfo
 from regraft.stack import Problem, StackError
+from regraft.system.launch import NoPort
 from tests.cli.conftest import Regraft
 from tests.cli.live import STACK
 from tests.support.waiting import PATIENCE
@@ -84,6 +86,21 @@ def test_a_run_of_a_system_continues_until_it_ends_or_another_has_its_name(home:
         assert not run_directory.continues(info)
         run_directory.write_info(info)
     assert not run_directory.continues(info)
+
+
+def test_a_machine_without_a_free_port_is_a_finding_of_the_doctor(
+    regraft: Regraft, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(errno.EADDRNOTAVAIL, os.strerror(errno.EADDRNOTAVAIL))
+
+    monkeypatch.setattr(socket.socket, "bind", refuse)
+    done = regraft("doctor", "--json")
+    assert done.exit_code == FAILED, done.output
+    findings = json.loads(done.stdout)["findings"]
+    problems = {finding["check"]: finding["text"] for finding in findings if finding["level"] == "problem"}
+    for check in ("bus", "ports"):
+        assert problems[check].endswith("is free: cannot assign requested address")
 
 
 def test_a_system_that_cannot_be_reached_exits_with_3(regraft: Regraft, home: Path) -> None:
@@ -225,8 +242,8 @@ def test_a_relative_home_is_below_the_working_folder(monkeypatch: pytest.MonkeyP
 
 
 def test_errors_of_the_kit_have_the_documented_exit_codes() -> None:
-    bad = (NoSuchComponent("a"), NoSuchHost("a"), StackError([Problem("f", 1, "a", "b")]))
-    assert [exit_code(error) for error in bad] == [BAD_INPUT] * 3
+    bad = (NoSuchComponent("a"), NoSuchHost("a"), StackError([Problem("f", 1, "a", "b")]), NoPort("a"))
+    assert [exit_code(error) for error in bad] == [BAD_INPUT] * 4
     assert [exit_code(error) for error in (NoAnswer("a"), BusError("a"))] == [NOT_REACHABLE] * 2
     assert [exit_code(error) for error in (ClientError("a"), CallFailed("a", None, "b"))] == [FAILED] * 2
     assert exit_code(KeyError("a")) is None

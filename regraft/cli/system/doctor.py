@@ -24,7 +24,7 @@ from regraft.cli.system.ports_free import why_not_free
 from regraft.cli.terminal.options import JsonOption
 from regraft.cli.terminal.output import show_json, show_table
 from regraft.security.system_secret import fresh
-from regraft.system.launch import free_endpoint
+from regraft.system.launch import NoPort, free_endpoint
 
 PYTHON = (3, 11)
 PACKAGES = (
@@ -89,10 +89,11 @@ def check_packages() -> Iterator[Finding]:
 
 def check_bus() -> Iterator[Finding]:
     """Open a hub on a loopback port and reach it."""
-    endpoint, secret = free_endpoint(), fresh()
+    secret = fresh()
     try:
+        endpoint = free_endpoint()
         hub = open_bus(Endpoints((endpoint,), router=True, secret=secret))
-    except BusError as error:
+    except (BusError, NoPort) as error:
         yield Finding("bus", PROBLEM, str(error))
         return
     try:
@@ -133,8 +134,8 @@ def check_ports() -> Iterator[Finding]:
     try:
         free_endpoint()
         yield Finding("ports", OK, "loopback ports can be had")
-    except OSError as error:
-        yield Finding("ports", PROBLEM, f"no loopback port can be had: {error.strerror}")
+    except NoPort as error:
+        yield Finding("ports", PROBLEM, str(error))
     address, port = GATEWAY
     why = why_not_free(address, port)
     text = f"{address}:{port}, the gateway's usual place: "
