@@ -292,6 +292,20 @@ def test_commands_that_look_on_end_with_3_once_the_system_has_ended(tmp_path: Pa
             assert command.lines[-1] == "regraft: tiny has ended"
 
 
+def test_a_host_that_joins_prints_json_to_its_end(tmp_path: Path) -> None:
+    with System(tmp_path / "home") as system:
+        words = ("host", "--join", system.ask("host")["endpoint"], "--name", "edge", "--json")
+        edge = Command(*words, log=tmp_path / "edge.log", cwd=STACK, environment=in_home(system.home))
+        system.joined.append(edge)
+        edge.wait_line("{")
+        assert regraft(system.home, "down").returncode == 0
+        assert edge.ended() == 0
+    first, last = map(json.loads, edge.lines)
+    assert first == {"system": "tiny", "host": "edge", "components": []}
+    assert last.pop("why") != ""
+    assert last == {"system": "tiny", "host": "edge", "ended": True}
+
+
 def test_ctrl_c_ends_a_healthy_run_with_0(tmp_path: Path) -> None:
     with System(tmp_path) as system:
         system.interrupt()

@@ -10,7 +10,7 @@ import typer
 from regraft import run_directory
 from regraft.bus.zenoh_config import Endpoints
 from regraft.bus_schema.encoding import codec
-from regraft.cli.outcomes import NOT_REACHABLE, BadInput
+from regraft.cli.outcomes import BadInput, Unreachable
 from regraft.cli.running_system import Reached, reached
 from regraft.cli.system.host_log import log_to_file
 from regraft.cli.system.host_offer import read_offer
@@ -152,11 +152,14 @@ def _be_host(wanted: Wanted, as_json: bool) -> None:
 
     with nothing_left_behind():
         ended = run_guest(wanted, step, complain)
-    if ended.orderly:
-        say(f"host {wanted.name} has ended: {ended.over}")
+    text = f"host {wanted.name} has ended: {ended.over}"
+    if ended.orderly and as_json:
+        system = ended.plan.architecture.system
+        show_json({"system": system, "host": wanted.name, "ended": True, "why": ended.over}, compact=True)
+    elif ended.orderly:
+        say(text)
     elif ended.over:
-        complain(f"host {wanted.name} has ended: {ended.over}")
-        raise typer.Exit(NOT_REACHABLE)
+        raise Unreachable(text)
 
 
 def _say_joined(joined: Joined, as_json: bool) -> None:
