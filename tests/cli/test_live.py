@@ -241,6 +241,20 @@ def test_logs_show_what_a_component_wrote(tiny: System) -> None:
     assert any("talker" in line for line in tiny.ask("logs", "talker")["lines"])
 
 
+def test_a_log_is_followed_as_json_too(tiny: System, tmp_path: Path) -> None:
+    following = Command("logs", "listener", "-f", "--json", log=tmp_path / "log", environment=in_home(tiny.home))
+    try:
+        following.wait_line("{")
+        tiny.ask("lifecycle", "set", "listener", "deactivate")
+        wait_until(lambda: any("inactive" in line for line in following.lines[1:]), "further lines of the log")
+        shown = [json.loads(line) for line in following.lines]
+    finally:
+        following.kill()
+        tiny.ask("lifecycle", "set", "listener", "activate")
+    assert {document["component"] for document in shown} == {"listener"}
+    assert any("inactive" in line for document in shown[1:] for line in document["lines"])
+
+
 def test_a_killed_component_is_restarted_with_its_parameters(tiny: System) -> None:
     tiny.ask("param", "set", "talker", "rate=30")
     before = tiny.components()["talker"]

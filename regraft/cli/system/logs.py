@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from itertools import islice
 from pathlib import Path
 from typing import Annotated
@@ -48,17 +49,22 @@ def logs(
         _ask_host(ctx, system, component, lines, follow, as_json)
         return
     shown, position = tail(path, lines)
-    if as_json:
-        show_json({"component": component, "file": str(path), "lines": shown})
-        return
-    for line in shown:
-        pass_on(line)
+    _show(component, path, shown, as_json=as_json, compact=follow)
     while follow:
         more, position = grown(path, position)
-        for line in more:
-            pass_on(line)
-        if not more:
+        if more:
+            _show(component, path, more, as_json=as_json, compact=True)
+        else:
             time.sleep(LOOK_INTERVAL)
+
+
+def _show(component: str, file: Path | None, lines: Sequence[str], *, as_json: bool, compact: bool = False) -> None:
+    if as_json:
+        path = str(file) if file else None
+        show_json({"component": component, "file": path, "lines": list(lines)}, compact=compact)
+        return
+    for line in lines:
+        pass_on(line)
 
 
 def _ask_host(ctx: typer.Context, system: str | None, component: str, lines: int, follow: bool, as_json: bool) -> None:
@@ -70,11 +76,7 @@ def _ask_host(ctx: typer.Context, system: str | None, component: str, lines: int
             shown = there.client.logs(component, lines)
         except NoSuchHost as error:
             raise Unreachable(f"{component} runs on another host, which has its log: {error}") from None
-    if as_json:
-        show_json({"component": component, "file": None, "lines": shown})
-    else:
-        for line in shown:
-            pass_on(line)
+    _show(component, None, shown, as_json=as_json)
 
 
 def _is_elsewhere(ctx: typer.Context, system: str | None, component: str) -> bool:
