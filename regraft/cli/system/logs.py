@@ -48,7 +48,7 @@ def logs(
     if path is None:
         _ask_host(ctx, system, component, lines, follow, as_json)
         return
-    shown, position = tail(path, lines)
+    shown, position = tail(path, lines, unfinished=not follow)
     _show(component, path, shown, as_json=as_json, compact=follow)
     while follow:
         more, position = grown(path, position)
@@ -106,13 +106,13 @@ def _log_file(ctx: typer.Context, system: str | None, component: str) -> Path | 
     return path
 
 
-def tail(path: Path, count: int) -> tuple[list[str], int]:
-    """Return the last lines of a file, and the position behind them."""
+def tail(path: Path, count: int, *, unfinished: bool = False) -> tuple[list[str], int]:
+    """Return the last lines of a file, and the position behind them; ``unfinished`` takes one without end, too."""
     with path.open("rb") as log:
         end = log.seek(0, 2)
         log.seek(max(0, end - MAX_BYTES))
         data = log.read(MAX_BYTES)
-    whole = data[: data.rfind(b"\n") + 1]
+    whole = data if unfinished else data[: data.rfind(b"\n") + 1]
     position = end - len(data) + len(whole)
     return whole.decode(errors="replace").splitlines()[-count:], position
 

@@ -40,6 +40,7 @@ from regraft.cli.terminal.output import harmless, plain_table, say, show_json
 from regraft.client import TopicSample
 from regraft.services.bt_executor.authors.showing import tree_lines
 from regraft.services.bt_executor.command_line import quality_line
+from tests.cli.conftest import Regraft
 
 CLOCK = ClockTime(40, 2_000_000_000, 9.8, ("a",))
 
@@ -238,6 +239,14 @@ def test_following_a_log_shows_every_line_once(
     more, position = grown(path, position)
     assert more == [rest, *after]
     assert grown(path, position) == ([], position)
+
+
+def test_a_log_is_shown_with_a_last_line_that_has_no_end_yet(regraft: Regraft, home: Path) -> None:
+    logs = home / "tiny" / "logs"
+    logs.mkdir(parents=True)
+    (logs / "talker.log").write_text("first\nfatal: no")
+    assert regraft("logs", "talker", "--system", "tiny").stdout == "first\nfatal: no\n"
+    assert json.loads(regraft("logs", "talker", "--system", "tiny", "--json").stdout)["lines"] == ["first", "fatal: no"]
 
 
 def test_a_log_that_was_begun_anew_is_shown_from_its_start(tmp_path: Path) -> None:
