@@ -53,6 +53,11 @@ def test_saturation_keeps_the_curvature(v: float, w: float) -> None:
     assert abs(reached_v) <= abs(v) + 1e-12
 
 
+@pytest.mark.parametrize(("v", "w"), [(1e308, 0.0), (1e308, -1e308), (-1e308, 1e307), (0.0, 1.7e308)])
+def test_a_twist_whose_wheel_speeds_no_number_can_hold_is_slowed_like_any_other(v: float, w: float) -> None:
+    assert DRIVE.wheel_speeds(v, w) == pytest.approx(DRIVE.wheel_speeds(v * 1e-300, w * 1e-300))
+
+
 @given(v=st.floats(-0.13, 0.13), w=st.floats(-0.9, 0.9))
 def test_reachable_twists_are_not_changed(v: float, w: float) -> None:
     left, right = DRIVE.wheel_speeds(v, w)

@@ -57,6 +57,18 @@ def test_a_command_moves_the_robot_that_it_is_for(room: str) -> None:
     assert (right.x, right.y) == pytest.approx((0.0, -1.0), abs=1e-3)
 
 
+def test_the_fastest_command_that_there_is_stops_no_other_robot_and_drives_its_own(room: str) -> None:
+    simulation = Simulation(two(room), 1)
+    for _ in range(20):
+        simulation.robot("left").device("drive", DifferentialDrive).command(1e308, -1e308)
+        simulation.robot("right").device("drive", DifferentialDrive).command(0.2, 0.0)
+        simulation.advance(0.05)
+    left, right = (simulation.robot(name).truth(1.0).twist for name in ("left", "right"))
+    assert right.v == pytest.approx(0.2, abs=0.01)
+    assert left.v > 0.1
+    assert left.w < -0.1
+
+
 def test_a_further_robot_changes_no_noise_of_the_others(room: str) -> None:
     alone = Simulation(load_scene(room, (waffle("left", LEFT),)), 5)
     both = Simulation(two(room, right=waffle("right", Place(-5.0, -5.0))), 5)

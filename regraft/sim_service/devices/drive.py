@@ -79,11 +79,22 @@ class DifferentialDrive(Device):
 
         If one wheel would be too fast, both are slowed by the same factor: the path keeps its curvature.
         """
-        left = (v - w * self.track / 2.0) / self.wheel_radius
-        right = (v + w * self.track / 2.0) / self.wheel_radius
+        left, right = self._asked_speeds(v, w)
         fastest = max(abs(left), abs(right))
+        if not math.isfinite(fastest):
+            # A signal that is no number would stop the actuators of all robots.
+            largest = max(abs(v), abs(w))
+            left, right = self._asked_speeds(v / largest, w / largest)
+            scale = self._largest_speed / max(abs(left), abs(right))
+            return left * scale, right * scale
         scale = min(1.0, self._largest_speed / fastest) if fastest > 0.0 else 1.0
         return left * scale, right * scale
+
+    def _asked_speeds(self, v: float, w: float) -> tuple[float, float]:
+        """Return the left and right wheel speeds (rad/s) for a twist, however fast."""
+        left = (v - w * self.track / 2.0) / self.wheel_radius
+        right = (v + w * self.track / 2.0) / self.wheel_radius
+        return left, right
 
     def act(self) -> None:
         """Write the wheel speeds to the actuators: zero once the command is too old."""
