@@ -94,6 +94,16 @@ def test_a_restored_run_goes_on_holding(tmp_path: Path) -> None:
     assert found(successor, ParallelGripper).measure() == found(original, ParallelGripper).measure()
 
 
+def test_a_width_that_no_actuator_takes_is_refused_and_the_last_one_kept(tmp_path: Path) -> None:
+    simulation = hand(tmp_path)
+    gripper = found(simulation, ParallelGripper)
+    gripper.on_command(GripperCommand(0.03))
+    with pytest.raises(ValueError, match=r"'grip'.*beyond"):
+        gripper.on_command(GripperCommand(1e12))
+    run(simulation, 1.5)
+    assert gripper.measure().width == pytest.approx(0.03, abs=1e-3)
+
+
 def test_failures_add_a_bias_or_noise_to_the_width(tmp_path: Path) -> None:
     gripper = found(hand(tmp_path, bias=0.01), ParallelGripper)
     gripper.kit.failing = "bias"

@@ -112,6 +112,15 @@ def test_a_command_that_does_not_fit_is_refused_whole(
     assert elbow(simulation).position == pytest.approx(0.0, abs=1e-6)
 
 
+@pytest.mark.parametrize(("kind", "value"), [("position", 1e11), ("position", math.nan), ("torque", -1e12)])
+def test_a_command_whose_signal_no_actuator_takes_is_refused_whole(tmp_path: Path, kind: str, value: float) -> None:
+    simulation = moved(tmp_path, kind)
+    with pytest.raises(ValueError, match=r"'elbow'.*beyond"):
+        command(simulation, JointMode(kind), value)
+    run(simulation, 0.5)
+    assert elbow(simulation).position == pytest.approx(0.0, abs=1e-6)
+
+
 def test_failures_add_a_bias_or_noise_to_positions(tmp_path: Path) -> None:
     simulation = moved(tmp_path, "position", bias=0.3)
     motors = found(simulation, JointMotors)

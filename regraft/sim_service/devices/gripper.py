@@ -56,7 +56,9 @@ class ParallelGripper(Sensor):
 
     @gripper_command.handler
     def on_command(self, command: GripperCommand) -> None:
-        """Bring the fingers to a width, with a force that is limited."""
+        """Bring the fingers to a width, with a force that is limited; raises ValueError if the width is none."""
+        for one in self._servos:
+            one.check((command.width - self.closed_width) / 2.0)
         self._width = command.width
         self._force = self.force if command.force is None else min(command.force, self.force)
 

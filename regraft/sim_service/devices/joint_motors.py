@@ -62,12 +62,13 @@ class JointMotors(Sensor):
     @joint_command.handler
     def on_command(self, command: JointCommand) -> None:
         """Move like this; raises ValueError if a joint is unknown or cannot be commanded so: then none is."""
-        for name in command.values:
+        for name, value in command.values.items():
             one = self._servos.get(name)
             if one is None:
                 raise ValueError(f"{self.kit.name} has no joint {name!r}; it has: {', '.join(self._servos)}")
             if one.mode is not command.mode:
                 raise ValueError(f"the joint {name!r} takes commands of {one.mode.value}, not of {command.mode.value}")
+            one.check(value)
         self._targets |= command.values
         self._since |= dict.fromkeys(command.values, self.kit.time)
 

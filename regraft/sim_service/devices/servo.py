@@ -30,6 +30,12 @@ class Servo:
         """Return the control signal for a command in the joint's unit (rad, m, and so on)."""
         return value / (self.gear * self.gain) if self.mode is JointMode.TORQUE else value * self.gear
 
+    def check(self, value: float) -> None:
+        """Raise ValueError if MuJoCo would not take the signal: it then stops the actuators of all robots."""
+        signal = self.control(value)
+        if not abs(signal) <= mujoco.mjMAXVAL:
+            raise ValueError(f"{value:g} for {self.name!r} is a signal of {signal:g}, beyond {mujoco.mjMAXVAL:g}")
+
 
 def servo(kit: DeviceKit, name: str) -> Servo:
     """Return the named actuator of a robot's hinge or slide; raises SceneError.
