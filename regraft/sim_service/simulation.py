@@ -23,6 +23,7 @@ from regraft.sim_service.layout.placement import Placement, check_apart, draw_pl
 from regraft.sim_service.layout.scene import Scene
 from regraft.sim_service.people.walkers import Person, Walker
 from regraft.sim_service.simulated_robot import SimulatedRobot
+from regraft.sim_service.stability import StabilityCheck
 
 SNAPSHOT_VERSION = 5
 
@@ -116,6 +117,7 @@ class Simulation:
 
         Raises:
             ValueError: seconds is negative or not a whole number of physics steps.
+            UnstablePhysics: a number makes no sense. There is no way on, except by `restore`.
         """
         progress = self.progress
         remaining = self._whole_steps(seconds)
@@ -131,7 +133,9 @@ class Simulation:
                 poses = self._robot_poses()
                 for walker in self._walkers:
                     walker.move(self._data, steps * progress.timestep, poses)
-            mujoco.mj_step(self._model, self._data, nstep=steps)
+            for _ in range(steps):
+                mujoco.mj_step(self._model, self._data)
+                self._stability.check()
             progress.steps += steps
             remaining -= steps
             self._after_control_period()
@@ -219,6 +223,7 @@ class Simulation:
         settings = self._settings
         self._model = self._scene.new_model()
         self._data = mujoco.MjData(self._model)
+        self._stability = StabilityCheck(self._scene, self._model, self._data)
         self._placement.apply(self._scene, self._model, self._data.qpos)
         mujoco.mj_kinematics(self._model, self._data)
         self.progress = Progress(float(self._model.opt.timestep), 1)

@@ -24,6 +24,7 @@ from regraft.sim_service.robots import RobotSpec
 from regraft.sim_service.rooms.loading import load_world
 from regraft.sim_service.simulated_robot import SimulatedRobot
 from regraft.sim_service.simulation import Simulation, SimulationSettings
+from regraft.sim_service.stability import UnstablePhysics
 from regraft.sim_service.trial import try_world
 from regraft.sim_service.wiring import DeviceWiring, check_failures
 
@@ -134,12 +135,17 @@ class World(TimeSource):
         return round(self.simulation.time * self.tick_rate)
 
     def advance(self, tick: int, seconds: float) -> None:
-        """Advance the world by ``seconds`` and publish what its devices sense."""
+        """Advance the world by ``seconds`` and publish what its devices sense; unstable physics is a failure."""
         now = self.kit.now()
         self.simulation.progress.stamp = now
         self._wiring.fail(now)
         self._crowd(now)
-        self.simulation.advance(seconds)
+        try:
+            self.simulation.advance(seconds)
+        except UnstablePhysics as error:
+            self.kit.event("world.unstable", str(error), robot=error.robot, element=error.element)
+            self.kit.fail(str(error))
+            return
         for robot in self.simulation.robots.values():
             self._note_contacts(robot)
             for device in robot.devices.values():

@@ -8,11 +8,18 @@ import numpy as np
 import pytest
 
 from regraft.bus_schema.messages.devices.joints import JointCommand, JointMode, JointState
+from regraft.bus_schema.messages.world import GroundTruth
+from regraft.bus_schema.model.lifecycle import State
+from regraft.component.component import parameter_set
 from regraft.sim_service.devices.joint_motors import JointMotors
 from regraft.sim_service.layout.scene import SceneError
+from regraft.sim_service.robots import RobotSpec
 from regraft.sim_service.simulation import Simulation
+from regraft.sim_service.stability import UnstablePhysics
+from regraft.sim_service.world import World
+from regraft.testing import Rig
 
-from .worlds import device, found, robot, run, simulated
+from .worlds import device, found, on_bus, robot, run, simulated, tick, world_on
 
 ARM = """<body name="link" pos="0 0 .5"><joint name="elbow" axis="0 0 1" damping=".01"/>
 <geom type="box" size=".1 .01 .01" pos=".1 0 0" mass=".3" contype="0" conaffinity="0"/>
@@ -119,6 +126,70 @@ def test_a_command_whose_signal_no_actuator_takes_is_refused_whole(tmp_path: Pat
         command(simulation, JointMode(kind), value)
     run(simulation, 0.5)
     assert elbow(simulation).position == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.fixture
+def in_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have MuJoCo write the file of its warnings where it is in nobody's way."""
+    monkeypatch.chdir(tmp_path)
+
+
+def with_a_cart(folder: Path) -> list[RobotSpec]:
+    """Return an arm whose elbow has a motor, and a cart at another place than its MJCF's."""
+    motors = device(JointMotors, **{"actuators": "elbow", **EXACT})
+    return [
+        robot(folder, "cart", at=(2.0, 1.0, 0.0), moves=True),
+        robot(folder, "arm", [motors], body=ARM, extra=f"<actuator>{ACTUATORS['torque']}</actuator>"),
+    ]
+
+
+@pytest.mark.usefixtures("in_a_folder_of_its_own")
+def test_physics_that_becomes_unstable_is_an_error_with_its_joint_and_moves_no_other_robot(tmp_path: Path) -> None:
+    simulation = simulated(tmp_path, *with_a_cart(tmp_path))
+    run(simulation)
+    found(simulation, JointMotors, of="arm").on_command(JointCommand(JointMode.TORQUE, {"elbow": 1e9}))
+    for _ in range(2):
+        with pytest.raises(UnstablePhysics, match="joint 'arm/elbow' of the robot 'arm'") as raised:
+            run(simulation)
+        assert (raised.value.robot, raised.value.element) == ("arm", "arm/elbow")
+    cart = simulation.robot("cart").pose()
+    assert (cart.x, cart.y) == pytest.approx((2.0, 1.0), abs=1e-3)
+
+
+@pytest.mark.usefixtures("in_a_folder_of_its_own")
+def test_a_signal_that_no_actuator_takes_is_an_error_with_its_actuator(tmp_path: Path) -> None:
+    simulation = simulated(tmp_path, *with_a_cart(tmp_path))
+    kit = found(simulation, JointMotors, of="arm").kit
+    kit.data.qpos[kit.model.jnt_qposadr[kit.index("joint", "elbow")]] = math.inf
+    with pytest.raises(UnstablePhysics, match="position of the joint 'arm/elbow'"):
+        run(simulation)
+    simulation = simulated(tmp_path, *with_a_cart(tmp_path))
+    found(simulation, JointMotors, of="arm")._targets["elbow"] = math.nan
+    with pytest.raises(UnstablePhysics, match="control signal of the actuator 'arm/elbow' of the robot 'arm'"):
+        run(simulation)
+
+
+@pytest.mark.usefixtures("in_a_folder_of_its_own")
+def test_a_world_whose_physics_becomes_unstable_fails_and_names_the_robot(tmp_path: Path) -> None:
+    with Rig() as rig:
+        world = world_on(rig, tmp_path, *with_a_cart(tmp_path))
+        truths = rig.collect("cart/ground_truth", GroundTruth)
+        tick(rig, world)
+        rig.publish("arm/joint_command", JointCommand(JointMode.TORQUE, {"elbow": 1e9}))
+        tick(rig, world)
+        assert rig.state("world") is State.UNCONFIGURED
+        assert "joint 'arm/elbow' of the robot 'arm'" in rig.status("world").failure
+        (told,) = (event for event in rig.events if event.kind == "world.unstable")
+        assert told.details == {"robot": "arm", "element": "arm/elbow"}
+    assert len(truths) == 1
+
+
+@pytest.mark.usefixtures("in_a_folder_of_its_own")
+def test_a_world_whose_physics_is_unstable_at_once_is_refused_before_it_starts(tmp_path: Path) -> None:
+    stiff = ARM.replace('damping=".01"', 'stiffness="1e15" springref="90"')
+    values = parameter_set(World, on_bus(tmp_path, robot(tmp_path, "arm", body=stiff))).values
+    with pytest.raises(UnstablePhysics, match="acceleration of the joint 'arm/elbow'"):
+        World.check_parameters(values, 1)
 
 
 def test_failures_add_a_bias_or_noise_to_positions(tmp_path: Path) -> None:
