@@ -15,7 +15,7 @@ from regraft.component.parameters import ParameterSet
 from regraft.planar import Pose2D
 from regraft.sim_service.cameras.camera import RenderState
 from regraft.sim_service.cameras.lights import check_level
-from regraft.sim_service.devices.core.calling import call
+from regraft.sim_service.devices.core.calling import Calls, call
 from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.devices.core.device_kit import DeviceKit, DeviceParameters, Progress
 from regraft.sim_service.devices.core.fitting import Fitted, fitted
@@ -112,13 +112,15 @@ class Simulation:
         """Simulated time (s) since the start."""
         return self.progress.time
 
-    def advance(self, seconds: float) -> None:
-        """Let simulated time pass.
+    def advance(self, seconds: float, calls: Calls | None = None) -> None:
+        """Let simulated time pass, all of it also if a device raises: ``calls`` has that then.
 
         Raises:
+            DeviceError, DeviceErrors: devices raise, and there are no ``calls``.
             ValueError: seconds is negative or not a whole number of physics steps.
             UnstablePhysics: a number makes no sense. There is no way on, except by `restore`.
         """
+        through = Calls() if calls is None else calls
         progress = self.progress
         remaining = self._whole_steps(seconds)
         while remaining > 0:
@@ -128,7 +130,7 @@ class Simulation:
                 progress.steps_per_tick - progress.steps % progress.steps_per_tick,
             )
             for device in self._acting:
-                call(device, device.act)
+                through.call(device, device.act)
             if self._walkers:
                 poses = self._robot_poses()
                 for walker in self._walkers:
@@ -138,19 +140,21 @@ class Simulation:
                 self._stability.check()
             progress.steps += steps
             remaining -= steps
-            self._after_control_period()
+            self._after_control_period(through)
         mujoco.mj_kinematics(self._model, self._data)
+        if calls is None:
+            through.raise_all()
 
-    def _after_control_period(self) -> None:
+    def _after_control_period(self, calls: Calls) -> None:
         progress = self.progress
         touching = self._data.contact.geom.tolist()
         for robot in self.robots.values():
             robot.contacts.update(touching, progress.time)
         for device in self._watching:
-            call(device, device.watch)
+            calls.call(device, device.watch)
         if progress.steps % progress.steps_per_tick == 0:
             for device in self._ticking:
-                call(device, device.tick)
+                calls.call(device, device.tick)
 
     def set_light(self, level: float) -> None:
         """Set the lamps to a level between 0 (dark) and 1 (full)."""
@@ -172,9 +176,16 @@ class Simulation:
         """Return a robot; raises KeyError for an unknown name."""
         return self.robots[name]
 
-    def render_state(self) -> RenderState:
-        """Everything that a camera needs to draw this moment, except the world file and the placement."""
-        colours = {geom: colour for device in self._shining for geom, colour in call(device, device.colours).items()}
+    def render_state(self, calls: Calls | None = None) -> RenderState:
+        """Everything that a camera needs to draw this moment, except the world file and the placement.
+
+        Devices whose colours raise do not shine, and ``calls`` has that; raises like `advance`.
+        """
+        through = Calls() if calls is None else calls
+        shining = [through.call(device, device.colours) or {} for device in self._shining]
+        colours = {geom: colour for of_device in shining for geom, colour in of_device.items()}
+        if calls is None:
+            through.raise_all()
         return RenderState(self._data.qpos.copy(), self._light, self.progress.steps, colours)
 
     def snapshot(self) -> dict[str, Any]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from regraft.bus_schema.encoding import codec
 from regraft.component.component import declared
 from regraft.component.parameters import ParameterError
-from regraft.sim_service.devices.core.calling import DeviceError, call
+from regraft.sim_service.devices.core.calling import Calls, DeviceError
 from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.devices.core.device_kit import DeviceParameters
 from regraft.sim_service.devices.core.fitting import Fitted, place_of
@@ -57,16 +57,22 @@ def try_world(
         devices = [device for robot in simulation.robots.values() for device in robot.devices.values()]
         for device in devices:
             _connect_to_nothing(device)
-        simulation.advance(settings.tick)
+        calls = Calls()
+        simulation.advance(settings.tick, calls)
         simulation.progress.steps = 0  # at the tick 0 all sensors are due, at any rates
         for device in devices:
-            call(device, device.sense)
-            call(device, device.truth)
-            call(device, device.evaluate)
-        simulation.render_state()
+            for method in (device.sense, device.truth, device.evaluate):
+                calls.call(device, method)
+        simulation.render_state(calls)
+        if calls.errors:
+            raise _refusal(scene, calls.errors)
         simulation.restore(simulation.snapshot())
     except DeviceError as error:
-        raise ParameterError([(place_of(scene.robots, error.robot, error.device), str(error))]) from error
+        raise _refusal(scene, [error]) from error
+
+
+def _refusal(scene: Scene, errors: Sequence[DeviceError]) -> ParameterError:
+    return ParameterError([(place_of(scene.robots, error.robot, error.device), str(error)) for error in errors])
 
 
 def _connect_to_nothing(device: Device) -> None:

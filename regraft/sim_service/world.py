@@ -13,7 +13,7 @@ from regraft.bus_schema.messages.world import GeomColour, GroundTruth, WorldStat
 from regraft.bus_schema.model.description import Resources
 from regraft.lockstep.source import TimeSource
 from regraft.planar import Pose2D, Twist2D
-from regraft.sim_service.devices.core.calling import call
+from regraft.sim_service.devices.core.calling import Calls
 from regraft.sim_service.devices.core.device_kit import DeviceParameters
 from regraft.sim_service.devices.core.failures import DeviceFails
 from regraft.sim_service.devices.core.fitting import Fitted, parameters_of, ports_of, qualities_of
@@ -135,24 +135,32 @@ class World(TimeSource):
         return round(self.simulation.time * self.tick_rate)
 
     def advance(self, tick: int, seconds: float) -> None:
-        """Advance the world by ``seconds`` and publish what its devices sense; unstable physics is a failure."""
+        """Advance the world by ``seconds`` and publish what its devices sense; unstable physics is a failure.
+
+        A device that raises is reported at the end: all others sense, and physics keeps to the clock.
+        """
         now = self.kit.now()
         self.simulation.progress.stamp = now
         self._wiring.fail(now)
         self._crowd(now)
+        calls = Calls()
         try:
-            self.simulation.advance(seconds)
+            self.simulation.advance(seconds, calls)
         except UnstablePhysics as error:
             self.kit.event("world.unstable", str(error), robot=error.robot, element=error.element)
             self.kit.fail(str(error))
-            return
+        else:
+            self._sense(now, calls)
+        calls.raise_all()
+
+    def _sense(self, now: float, calls: Calls) -> None:
         for robot in self.simulation.robots.values():
             self._note_contacts(robot)
             for device in robot.devices.values():
-                call(device, device.sense)
+                calls.call(device, device.sense)
         truths = [self._publish_truth(now, robot) for robot in self.simulation.robots.values()]
         if self.world_state.wanted:
-            self._publish_state(now, truths[0].pose if truths else Pose.planar(0.0, 0.0, 0.0))
+            self._publish_state(now, truths[0].pose if truths else Pose.planar(0.0, 0.0, 0.0), calls)
 
     def _crowd(self, now: float) -> None:
         """Have groups of people come and go."""
@@ -178,8 +186,8 @@ class World(TimeSource):
         self.kit.outputs[robot.spec.prefix + TRUTH].publish_deferred(lambda: message)
         return message
 
-    def _publish_state(self, now: float, base: Pose) -> None:
-        state = self.simulation.render_state()
+    def _publish_state(self, now: float, base: Pose, calls: Calls) -> None:
+        state = self.simulation.render_state(calls)
         colours = tuple(GeomColour(geom, *colour) for geom, colour in state.colours.items())
         told = WorldState(now, self.ticks, self.simulation.seed, self._hash, state.qpos, state.light, base, colours)
         self.world_state.publish_deferred(lambda: told)

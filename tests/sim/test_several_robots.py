@@ -4,21 +4,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
+from regraft import Parameter
+from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.geometry import Twist
 from regraft.bus_schema.messages.sensors import LaserScan, Odometry
-from regraft.bus_schema.messages.world import GroundTruth
+from regraft.bus_schema.messages.world import GroundTruth, WorldState
 from regraft.component.parameters import ParameterError
+from regraft.sim_service.cameras.camera import Rgb
+from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.devices.drive import DifferentialDrive
 from regraft.sim_service.devices.lidar import Lidar
 from regraft.sim_service.layout.placement import Placement, PlacementError
 from regraft.sim_service.layout.scene import Scene, SceneError, load_scene
 from regraft.sim_service.robots import Place, Region, RobotSpec
 from regraft.sim_service.simulation import Simulation
-from regraft.sim_service.world import World
+from regraft.sim_service.world import TRUTH, World
 from regraft.testing import Rig
 from tests.services.rigs import run
 from tests.support.worlds import WAFFLE, robots_as_data, waffle
@@ -160,6 +165,71 @@ def test_each_robot_has_topics_and_parameters_under_its_name(room: str) -> None:
     assert (len(scans["left"]), len(scans["left"][0].ranges)) == (5, 360)
     assert (len(scans["right"]), len(scans["right"][0].ranges)) == (10, 90)
     assert truth[-1].pose.x == pytest.approx(odometry["left"][-1].pose.x, abs=0.02)
+
+
+class Faulty(Device):
+    """Raises in one of its methods, from the third tick on."""
+
+    where = Parameter("nowhere", "the method", read_only=True)
+
+    def act(self) -> None:
+        self._raise_in("act")
+
+    def watch(self) -> None:
+        self._raise_in("watch")
+
+    def tick(self) -> None:
+        self._raise_in("tick")
+
+    def sense(self) -> None:
+        self._raise_in("sense")
+
+    def colours(self) -> dict[int, Rgb]:
+        self._raise_in("colours")
+        return {}
+
+    def _raise_in(self, method: str) -> None:
+        if method == self.where and self.kit.time > 0.1:
+            raise RuntimeError("broken")
+
+
+def with_faulty(name: str, y: float, where: str) -> dict[str, object]:
+    """Return a robot whose first device raises somewhere, as the parameter ``robots`` has it."""
+    faulty = {"name": "faulty", "class": f"{__name__}:Faulty", "parameters": {"where": where}}
+    found = listed(name, y)
+    return {**found, "devices": [faulty, *cast("list[object]", found["devices"])]}
+
+
+def run_with_faulty(room: str, left: str, right: str = "nowhere") -> tuple[list[bytes], str, list[str]]:
+    """Let two robots drive; return all that cameras and the robots' owners get of it, a digest, and the faults."""
+    with Rig(seed=1) as rig:
+        robots = [with_faulty("left", 1.0, left), with_faulty("right", -1.0, right)]
+        world = rig.add(World, parameters={"file": room, "robots": robots})
+        got: list[list[Any]] = [rig.collect("world_state", WorldState)]
+        for name in ("left", "right"):
+            got += [rig.collect(f"{name}/{kind}", cls) for kind, cls in (("scan", LaserScan), (TRUTH, GroundTruth))]
+        for _ in range(10):
+            rig.publish("right/velocity", Twist.planar(0.2, 0.1))
+            rig.clock.advance_to(rig.clock.now() + 50_000_000)
+            rig.runtimes["world"].guarded("advance", lambda: world.advance(world.ticks, 0.05))
+            rig.settle()
+            assert world.simulation.time == pytest.approx(rig.clock.now() / 1e9)
+        faults = rig.take_faults()
+        return [codec.encode(message) for messages in got for message in messages], world.simulation.digest(), faults
+
+
+@pytest.mark.parametrize("where", ["act", "watch", "tick", "sense", "colours"])
+def test_a_device_that_raises_takes_nothing_from_anybody_and_is_reported_with_its_robot(room: str, where: str) -> None:
+    messages, digest, faults = run_with_faulty(room, where)
+    assert (messages, digest, []) == run_with_faulty(room, "nowhere")
+    assert len(faults) == 8
+    assert all("the device 'faulty' of the robot 'left': RuntimeError: broken" in fault for fault in faults)
+
+
+def test_several_devices_that_raise_are_all_reported(room: str) -> None:
+    _, _, faults = run_with_faulty(room, "watch", "sense")
+    assert len(faults) == 8
+    assert all("robot 'left'" in fault and "robot 'right'" in fault for fault in faults)
 
 
 @pytest.mark.parametrize(

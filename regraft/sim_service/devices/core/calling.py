@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import ParamSpec, TypeVar
 
 from regraft.sim_service.devices.core.device import Device
@@ -20,6 +20,40 @@ class DeviceError(SceneError):
         of = f" of the robot {robot!r}" if robot else ""
         kind = "" if isinstance(error, ValueError) else f"{type(error).__name__}: "
         super().__init__(f"the device {device!r}{of}: {kind}{error}")
+
+
+class DeviceErrors(SceneError):
+    """Several devices raised an exception each; the text names all."""
+
+    def __init__(self, errors: Sequence[DeviceError]) -> None:
+        super().__init__("; ".join(str(error) for error in errors))
+
+
+class Calls:
+    """Calls devices, the others also where one raises: it may harm nobody else.
+
+    Attributes:
+        errors: the first exception of each device that raised.
+    """
+
+    def __init__(self) -> None:
+        self.errors: list[DeviceError] = []
+
+    def call(self, device: Device, method: Callable[[], R]) -> R | None:
+        """Call a method of a device; return None if it raises."""
+        try:
+            return call(device, method)
+        except DeviceError as error:
+            if all((error.robot, error.device) != (other.robot, other.device) for other in self.errors):
+                self.errors.append(error)
+            return None
+
+    def raise_all(self) -> None:
+        """Raise what devices have raised: DeviceError, or DeviceErrors if there were several."""
+        if len(self.errors) > 1:
+            raise DeviceErrors(self.errors) from self.errors[0]
+        for error in self.errors:
+            raise error
 
 
 def call(device: Device, method: Callable[P, R], *arguments: P.args, **named: P.kwargs) -> R:
