@@ -208,6 +208,28 @@ def test_a_robot_with_an_empty_battery_does_not_drive_until_it_has_power_again()
     assert told == ["the battery is empty: the robot stands still", "there is power to drive again"]
 
 
+@pytest.mark.parametrize("commanded", [True, False], ids=["at each tick", "once"])
+def test_a_robot_that_is_driving_stands_as_soon_as_its_battery_is_empty(*, commanded: bool) -> None:
+    with Rig(seed=3) as rig:
+        world = world_on(rig, drive_timeout=10.0)
+        truth = rig.collect("ground_truth", GroundTruth)
+        rig.publish("velocity", Twist.planar(0.0, 0.5))
+        run(rig, world, 0.5)
+        assert truth[-1].twist.turn == pytest.approx(0.5, abs=0.05)
+        for _ in range(2):
+            rig.publish("battery", BatteryState(0.0, 0.0, 2000.0, 0.0, 7.0))
+            for _ in range(3):
+                if commanded:
+                    rig.publish("velocity", Twist.planar(0.0, 0.5))
+                run(rig, world, 0.05)
+            assert abs(truth[-1].twist.turn) < 0.02
+        told = [event.text for event in rig.events if event.kind == "world.power"]
+        rig.publish("battery", BatteryState(0.0, 10.0, 2000.0, 0.005, 7.0))
+        run(rig, world, 0.5)
+        assert abs(truth[-1].twist.turn) < 0.02  # the old command is forgotten
+    assert told == ["the battery is empty: the robot stands still"]
+
+
 def test_a_restarted_world_stands_while_the_battery_is_empty_and_reports_nothing_again() -> None:
     failures = of_device("scan", "0.2 frozen")
     with Rig(seed=3) as rig:

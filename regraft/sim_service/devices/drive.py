@@ -54,14 +54,20 @@ class DifferentialDrive(Device):
     @velocity.handler
     def on_velocity(self, twist: Twist) -> None:
         """Drive on like this until the next command, or until it times out; an empty battery turns no wheel."""
-        battery = self.battery.latest
-        powered = self._powered if battery is None else battery.energy > 0.0
-        if powered != self._powered:
-            self._powered = powered
-            text = "the battery is empty: the robot stands still" if not powered else "there is power to drive again"
-            self.kit.event("world.power", text, powered=powered)
-        if powered:
+        if self._powered:
             self.command(twist.forward, twist.turn)
+
+    @battery.handler
+    def on_battery(self, battery: BatteryState) -> None:
+        """Forget the command once the battery is empty, and report when there is no power and when there is again."""
+        powered = battery.energy > 0.0
+        if powered == self._powered:
+            return
+        self._powered = powered
+        if not powered:
+            self._command_time = -math.inf
+        text = "there is power to drive again" if powered else "the battery is empty: the robot stands still"
+        self.kit.event("world.power", text, powered=powered)
 
     def command(self, v: float, w: float) -> None:
         """Drive forward with v (m/s) and turn with w (rad/s) from now on.
