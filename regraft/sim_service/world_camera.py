@@ -45,7 +45,6 @@ LISTENING = 0.012
 """Share of a core that hearing of 20 world states a second takes."""
 DRAWING = {"egl": (1.3e-3, 1.7e-8), "osmesa": (1.3e-3, 1.7e-8), "ray": (0.2e-3, 4.5e-7)}
 """s of a core for a picture of FROG's room, and for each of its pixels, by renderer."""
-BASE_FRAME, MAP_FRAME = "base_link", "map"
 
 
 def usual_of(renderer: str) -> tuple[int, int, float]:
@@ -145,13 +144,12 @@ class WorldCamera(Component):
         renderer = self._choose_renderer()
         width, height, self._default_rate = usual_of(renderer)
         self._size = (self.width or width, self.height or height)
-        prefix = f"{self.robot}/" if self.robot else ""
-        camera = prefix + self.camera
+        camera = f"{self.robot}/{self.camera}" if self.robot else self.camera
         settings = self.settings(CameraSettings(camera, *self._size, seed=self.kit.seed))
         mount = camera_mount(scene, placement, camera)
         self._view = (
             f"{self.kit.name.replace('.', '/')}_optical",
-            prefix + BASE_FRAME if mount.on_board else MAP_FRAME,
+            mount.frame,
             mount.pose,
             mount.horizontal_field_of_view(*self._size),
         )

@@ -114,9 +114,8 @@ class Studio:
         """Take a picture; each has its own noise."""
         self._taken += 1
         pixels = self._eye.render(RenderState(np.array(self._qpos), light, self._taken))
-        frame = "base_link" if self.mount.on_board else "map"
         opening = self.mount.horizontal_field_of_view(*self.size)
-        return Image(stamp, f"{self.camera}_optical", frame, self.mount.pose, opening, pixels)
+        return Image(stamp, f"{self.camera}_optical", self.mount.frame, self.mount.pose, opening, pixels)
 
     def close(self) -> None:
         """Give the renderer back."""

@@ -10,12 +10,15 @@ import pytest
 from regraft.planar import Pose2D
 from regraft.sim_service import picture
 from regraft.sim_service.cameras.camera import CameraSettings, Image, SensorNoise
+from regraft.sim_service.cameras.camera_mount import CameraMount, camera_mount
 from regraft.sim_service.cameras.ray_camera import RayCamera
 from regraft.sim_service.cameras.renderers import FORCE, RendererName, make_camera, probe
 from regraft.sim_service.layout.placement import Placement
-from regraft.sim_service.layout.scene import SceneError
+from regraft.sim_service.layout.scene import SceneError, load_scene
+from regraft.sim_service.robots import Place, RobotSpec
 from regraft.sim_service.simulation import Simulation
 from tests.support.machine.renderers import renderers, without_opengl
+from tests.support.worlds import waffle
 
 from .worlds import FROG, OUT_OF_THE_WAY, frog
 
@@ -123,6 +126,38 @@ def test_shadow_darkens_the_floor() -> None:
 def test_unknown_camera_is_named() -> None:
     with pytest.raises(SceneError, match="no camera named 'eye'"):
         RayCamera(frog(), Placement({}), CameraSettings("eye"))
+
+
+MAST = """<mujoco><worldbody>
+<body name="table" pos="0 0 .5"><body name="arm/base"><body name="hand" pos=".3 0 0">
+<joint axis="0 0 1"/><geom size=".05"/><camera name="arm/hand"/></body></body></body>
+<body name="mast" pos="2 1 2"><joint name="pan" axis="0 0 1"/><geom size=".1"/><camera name="watch"/></body>
+<camera name="corner"/></worldbody></mujoco>"""
+
+
+def mounted(folder: Path, camera: str) -> CameraMount:
+    """Return where a camera sits in a world with a camera on a mast that turns, an arm on a table, and a Waffle."""
+    file = folder / "world.xml"
+    file.write_text(MAST)
+    scene = load_scene(file, (RobotSpec("arm"), waffle("rescuer", Place(0.0, -1.0, 1.0))))
+    return camera_mount(scene, Placement({}), camera)
+
+
+@pytest.mark.parametrize(
+    ("camera", "frame", "x"),
+    [("rescuer/camera", "rescuer/base_link", 0.073), ("arm/hand", "arm/base_link", 0.3), ("corner", "map", 0.0)],
+)
+def test_a_camera_is_in_the_frame_of_the_robot_that_carries_it(
+    tmp_path: Path, camera: str, frame: str, x: float
+) -> None:
+    mount = mounted(tmp_path, camera)
+    assert mount.frame == frame
+    assert mount.pose.x == pytest.approx(x, abs=1e-3)
+
+
+def test_a_camera_on_a_thing_that_moves_and_is_no_robot_is_refused_by_name(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="the camera 'watch' is carried by 'mast', which moves and is no robot"):
+        mounted(tmp_path, "watch")
 
 
 def test_the_environment_forces_a_renderer(monkeypatch: pytest.MonkeyPatch) -> None:
