@@ -174,6 +174,19 @@ def test_a_silent_radio_sends_nothing_that_comes_before_the_first_tick(
     assert received == []
 
 
+def test_what_a_radio_was_to_send_as_it_became_silent_is_lost(tmp_path: Path) -> None:
+    fails = [("0.15", "silent"), ("0.25", "none")]
+    failures = [{"at": float(at), "device": "one/radio", "failure": failure} for at, failure in fails]
+    with Rig() as rig:
+        world = rig.add(World, parameters={**on_bus(tmp_path, *one_and_two(tmp_path)), "failures": failures})
+        received = rig.collect("two/received", RadioReception)
+        for number in range(1, 7):
+            rig.publish("one/send", RadioMessage(f"after {number - 1} ticks"))
+            tick(rig, world)
+        tick(rig, world)
+    assert [message.payload for message in received] == ["after 0 ticks", "after 1 ticks", "after 5 ticks"]
+
+
 def test_a_payload_that_is_too_long_is_refused() -> None:
     with pytest.raises(BadMessage, match="has 118 bytes, must have at most 116"):
         RadioMessage("ü" * 59)

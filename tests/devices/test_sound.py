@@ -140,10 +140,22 @@ def test_each_failure_spoils_in_its_way(tmp_path: Path) -> None:
     microphone.kit.failing = "noise"
     assert heard(simulation).sounds == ()
     microphone.kit.failing = "none"
-    found(simulation, Loudspeaker, of="mouth0").kit.failing = "silent"
-    say(simulation, word="unheard")
-    run(simulation)
     assert [sound.word for sound in heard(simulation).sounds] == ["hello"]
+
+
+def test_a_loudspeaker_that_becomes_silent_ends_its_sound_and_what_is_on_its_way_arrives(tmp_path: Path) -> None:
+    simulation = talk(tmp_path, 34.3)
+    mouth = found(simulation, Loudspeaker, of="mouth0")
+    say(simulation, level=80.0, duration=9.0)
+    run(simulation, 0.3)
+    mouth.kit.failing = "silent"
+    say(simulation, word="unheard", level=80.0)
+    loud = []
+    for failing in ("silent", "silent", "silent", "none", "none"):
+        mouth.kit.failing = failing
+        run(simulation)
+        loud.append([sound.word for sound in heard(simulation).sounds])
+    assert loud == [["hello"], [], [], [], []]
 
 
 def test_a_restored_run_goes_on_hearing(tmp_path: Path) -> None:

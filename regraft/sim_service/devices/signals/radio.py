@@ -52,8 +52,9 @@ class Radio(Device):
             self._queued.append(message.payload)
 
     def tick(self) -> None:
-        """Put on the air what was queued since the last tick."""
-        self.on_air, self._queued = self._queued, []
+        """Put on the air what was queued since the last tick; what a silent radio has queued is lost."""
+        self.on_air = [] if self.kit.failing == SILENT else self._queued
+        self._queued = []
 
     def sense(self) -> None:
         """Publish what arrives."""

@@ -57,9 +57,18 @@ class Loudspeaker(Device):
         if self.kit.failing == SILENT:
             return
         now = self.kit.time
-        before = [Emission(e.start, min(e.end, now), e.word, e.level) for e in self._emissions if now - e.end < KEPT]
+        self._end_sounds(now)
         level = min(sound.level, self.max_level)
-        self._emissions = [*before, Emission(now, now + sound.duration, sound.word, level)]
+        self._emissions.append(Emission(now, now + sound.duration, sound.word, level))
+
+    def act(self) -> None:
+        """End the sound that is made once it is silent; what is on its way arrives."""
+        if self.kit.failing == SILENT:
+            self._end_sounds(self.kit.time)
+
+    def _end_sounds(self, now: float) -> None:
+        kept = (e for e in self._emissions if now - e.end < KEPT)
+        self._emissions = [Emission(e.start, min(e.end, now), e.word, e.level) for e in kept]
 
     def emitted(self, time: float) -> Emission | None:
         """Return the sound that it made at a time (s)."""
