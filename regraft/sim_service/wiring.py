@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from regraft.bus_schema.suggestions import instead_of
 from regraft.component.kit import Kit
 from regraft.component.parameters import ParameterError
+from regraft.sim_service.devices.core.calling import Calls
 from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.devices.core.device_kit import DeviceParameters
 from regraft.sim_service.devices.core.failures import NONE, DeviceFails, Schedule
@@ -76,7 +78,7 @@ class DeviceWiring:
         self._reported = dict.fromkeys(kinds, NONE)
         """How each device failed when that was reported last."""
         self._devices: dict[str, Device] = {}
-        self._handlers: dict[str, list[Callable[[Any], object]]] = {}
+        self._handlers: dict[str, list[tuple[Device, Callable[[Any], object]]]] = {}
 
     def parameters(self, device: Fitted) -> DeviceParameters:
         """Return a device's parameters, which are the world's."""
@@ -99,12 +101,14 @@ class DeviceWiring:
                 name = fit.port(short)
                 vars(device)[short] = self._kit.inputs[name]
                 if port.handler_name is not None:
-                    self._handlers.setdefault(name, []).append(getattr(device, port.handler_name))
+                    self._handlers.setdefault(name, []).append((device, getattr(device, port.handler_name)))
 
     def handle(self, port: str, message: object) -> None:
-        """Have the devices that read a port handle a message."""
-        for handle in self._handlers.get(port, ()):
-            handle(message)
+        """Have each device that reads a port handle a message; raises what devices raised, once all have it."""
+        calls = Calls()
+        for device, handle in self._handlers.get(port, ()):
+            calls.call(device, partial(handle, message))
+        calls.raise_all()
 
     def fail(self, now: float) -> None:
         """Let the devices fail by parameters and schedule at this moment (s)."""

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from regraft.bus_schema.messages.devices.joints import JointCommand, JointMode, JointState
+from regraft.bus_schema.messages.devices.joints import JointCommand, JointMode, JointState, JointStates
 from regraft.bus_schema.messages.world import GroundTruth
 from regraft.bus_schema.model.lifecycle import State
 from regraft.component.component import parameter_set
 from regraft.sim_service.devices.joint_motors import JointMotors
 from regraft.sim_service.layout.scene import SceneError
-from regraft.sim_service.robots import RobotSpec
+from regraft.sim_service.robots import DeviceSpec, RobotSpec
 from regraft.sim_service.simulation import Simulation
 from regraft.sim_service.stability import UnstablePhysics
 from regraft.sim_service.world import World
@@ -190,6 +190,26 @@ def test_a_world_whose_physics_is_unstable_at_once_is_refused_before_it_starts(t
     values = parameter_set(World, on_bus(tmp_path, robot(tmp_path, "arm", body=stiff))).values
     with pytest.raises(UnstablePhysics, match="acceleration of the joint 'arm/elbow'"):
         World.check_parameters(values, 1)
+
+
+@pytest.mark.parametrize(("moves", "refuses"), [("elbow", "neck"), ("lift", "arm")])
+def test_of_two_that_share_a_port_each_takes_or_refuses_a_command_for_itself(
+    tmp_path: Path, moves: str, refuses: str
+) -> None:
+    arm = device(JointMotors, "arm", actuators="elbow")
+    neck = DeviceSpec("neck", arm.cls, {"actuators": "lift"}, {"joint_states": "neck_states"})
+    both = "".join(f'<position name="{name}" joint="{name}" kp="20" kv="1"/>' for name in ("elbow", "lift"))
+    with Rig() as rig:
+        one = robot(tmp_path, "one", [arm, neck], body=ARM, extra=f"<actuator>{both}</actuator>")
+        world = world_on(rig, tmp_path, one)
+        topics = {"elbow": "one/joint_states", "lift": "one/neck_states"}
+        states = {name: rig.collect(topic, JointStates) for name, topic in topics.items()}
+        rig.publish("one/joint_command", JointCommand(JointMode.POSITION, {moves: 0.5}))
+        tick(rig, world, 40)
+        (fault,) = rig.take_faults()
+    positions = {name: heard[-1].joints[name].position for name, heard in states.items()}
+    assert positions == {"elbow": 0.0, "lift": 0.0, moves: pytest.approx(0.5, abs=0.01)}
+    assert f"the device '{refuses}' of the robot 'one': {refuses} has no joint '{moves}'" in fault
 
 
 def test_failures_add_a_bias_or_noise_to_positions(tmp_path: Path) -> None:
