@@ -24,6 +24,10 @@ damping="2" armature=".005"/><geom type="box" pos="0 -.004 0" size=".008 .004 .0
 COUPLED = """<equality><joint joint1="left_finger" joint2="right_finger" solref=".005 1"/></equality>
 <actuator><position name="grip" joint="left_finger" kp="60" kv="4"/>
 <velocity name="fast" joint="hinge" kv="1"/></actuator>"""
+IN_COUNTS = """<equality><joint joint1="left_finger" joint2="right_finger" solref=".005 1"/></equality>
+<actuator><general name="grip" joint="left_finger" biastype="affine" gainprm=".01" biasprm="0 -60 -4"
+ctrlrange="-1000 1000"/></actuator>"""
+"""Fingers that are commanded in counts: 6000 for a metre."""
 BLOCK = (
     '<body name="block" pos="0 0 .05"><freejoint/><geom type="box" size=".01 .01 .01" mass=".012" condim="4"/></body>'
 )
@@ -32,15 +36,15 @@ EXACT: dict[str, Any] = {"width_noise": 0.0, "force_noise": 0.0}
 ELLIPTIC = '<option cone="elliptic" impratio="10"/>'
 
 
-def hand(folder: Path, body: str = FLOOR, **how: Any) -> Simulation:
+def hand(folder: Path, body: str = FLOOR, extra: str = COUPLED, **how: Any) -> Simulation:
     """Return a gripper whose fingers are closed, or as far apart as a block in the world holds them."""
     grippers = [device(ParallelGripper, **{**EXACT, **how})]
-    return simulated(folder, robot(folder, "", grippers, body=HAND, extra=COUPLED), body=body, extra=ELLIPTIC)
+    return simulated(folder, robot(folder, "", grippers, body=HAND, extra=extra), body=body, extra=ELLIPTIC)
 
 
-def around_a_block(folder: Path, force: float | None = None) -> Simulation:
+def around_a_block(folder: Path, force: float | None = None, extra: str = COUPLED) -> Simulation:
     """Return an open gripper around a block on a stand, which is told to close."""
-    simulation = hand(folder, FLOOR + BLOCK + STAND)
+    simulation = hand(folder, FLOOR + BLOCK + STAND, extra)
     gripper = found(simulation, ParallelGripper)
     for position, _ in gripper._slides:
         gripper.kit.data.qpos[position] = 0.02
@@ -67,6 +71,16 @@ def test_it_holds_a_block_with_the_force_that_it_is_given(tmp_path: Path, force:
     assert state.holding
     assert state.width == pytest.approx(0.02, abs=1e-3)
     assert state.force == pytest.approx(pressed, rel=0.02)
+
+
+def test_fingers_that_are_commanded_in_counts_reach_a_width_and_press_a_block(tmp_path: Path) -> None:
+    simulation = hand(tmp_path, extra=IN_COUNTS)
+    found(simulation, ParallelGripper).on_command(GripperCommand(0.03))
+    run(simulation, 1.5)
+    assert found(simulation, ParallelGripper).measure().width == pytest.approx(0.03, abs=1e-3)
+    state = found(around_a_block(tmp_path, 2.5, IN_COUNTS), ParallelGripper).measure()
+    assert state.holding
+    assert state.force == pytest.approx(2.5, rel=0.02)
 
 
 def test_a_held_block_does_not_fall_and_a_released_one_is_not_held(tmp_path: Path) -> None:

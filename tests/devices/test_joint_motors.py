@@ -29,6 +29,13 @@ ACTUATORS = {
     "position": '<position name="elbow" joint="elbow" kp="20" kv="1" gear="2"/>',
     "velocity": '<velocity name="elbow" joint="elbow" kv="1" gear="2"/>',
     "torque": '<motor name="elbow" joint="elbow" gear="5"/>',
+    "counts": '<general name="elbow" joint="elbow" gear="2" biastype="affine" gainprm=".1" biasprm="0 -20 -1"/>',
+    "speed counts": '<general name="elbow" joint="elbow" gear="2" biastype="affine" gainprm=".1" biasprm="0 0 -1"/>',
+    "filtered": '<position name="elbow" joint="elbow" kp="20" kv="1" timeconst=".05"/>',
+    "unused bias": '<general name="elbow" joint="elbow" gainprm="2" biasprm="0 -20 -1"/>',
+    "integrator": '<intvelocity name="elbow" joint="elbow" kp="20" actrange="-3 3"/>',
+    "damper": '<damper name="elbow" joint="elbow" kv="1" ctrlrange="0 1"/>',
+    "offset": '<general name="elbow" joint="elbow" biastype="affine" gainprm="20" biasprm="1 -20 -1"/>',
 }
 EXACT: dict[str, Any] = {"resolution": 0.0, "velocity_noise": 0.0, "torque_noise": 0.0}
 
@@ -51,8 +58,9 @@ def elbow(simulation: Simulation) -> JointState:
     return found(simulation, JointMotors).measure().joints["elbow"]
 
 
-def test_a_position_is_reached_and_held(tmp_path: Path) -> None:
-    simulation = moved(tmp_path, "position")
+@pytest.mark.parametrize("kind", ["position", "counts", "filtered"])
+def test_a_position_is_reached_and_held(tmp_path: Path, kind: str) -> None:
+    simulation = moved(tmp_path, kind)
     command(simulation, JointMode.POSITION, 0.7)
     run(simulation, 3.0)
     assert list(found(simulation, JointMotors).measure().joints) == ["elbow"]
@@ -67,8 +75,9 @@ def test_without_a_command_a_position_stays_that_of_the_start(tmp_path: Path) ->
     assert elbow(simulation).position == pytest.approx(0.0, abs=1e-6)
 
 
-def test_a_velocity_holds_until_it_times_out(tmp_path: Path) -> None:
-    simulation = moved(tmp_path, "velocity")
+@pytest.mark.parametrize("kind", ["velocity", "speed counts"])
+def test_a_velocity_holds_until_it_times_out(tmp_path: Path, kind: str) -> None:
+    simulation = moved(tmp_path, kind)
     command(simulation, JointMode.VELOCITY, 0.5)
     run(simulation, 0.45)
     assert elbow(simulation).velocity == pytest.approx(0.5, rel=0.02)
@@ -76,8 +85,9 @@ def test_a_velocity_holds_until_it_times_out(tmp_path: Path) -> None:
     assert elbow(simulation).velocity == pytest.approx(0.0, abs=0.02)
 
 
-def test_a_torque_accelerates_as_inertia_says(tmp_path: Path) -> None:
-    simulation = moved(tmp_path, "torque")
+@pytest.mark.parametrize("kind", ["torque", "unused bias"])
+def test_a_torque_accelerates_as_inertia_says(tmp_path: Path, kind: str) -> None:
+    simulation = moved(tmp_path, kind)
     motors = found(simulation, JointMotors)
     motors.kit.model.dof_damping[:] = 0.0
     command(simulation, JointMode.TORQUE, 0.02)
@@ -244,6 +254,12 @@ def test_a_restored_run_goes_on_with_its_commands(tmp_path: Path, kind: str) -> 
 def test_actuators_that_do_not_fit_are_refused(tmp_path: Path, actuators: str, complaint: str) -> None:
     with pytest.raises(SceneError, match=complaint):
         moved(tmp_path, "position", actuators=actuators)
+
+
+@pytest.mark.parametrize("kind", ["integrator", "damper", "offset"])
+def test_an_actuator_that_takes_neither_position_nor_velocity_nor_torque_is_refused(tmp_path: Path, kind: str) -> None:
+    with pytest.raises(SceneError, match="actuator 'elbow' must take a position, a velocity or a torque"):
+        moved(tmp_path, kind)
 
 
 def test_encoders_of_a_turn_have_4096_steps() -> None:

@@ -78,7 +78,7 @@ class ParallelGripper(Sensor):
             limit = share / abs(one.gear)
             self.kit.model.actuator_forcerange[one.number] = (-limit, limit)
             # A thing in the grip keeps the fingers from their target: the limit then is what they press with.
-            press = share / (one.gear**2 * one.gain) if self._holding and self._width < self.width() else 0.0
+            press = share / (one.gear**2 * one.back) if self._holding and self._width < self.width() else 0.0
             self.kit.data.ctrl[one.number] = one.control(target - press)
 
     def watch(self) -> None:
