@@ -84,6 +84,23 @@ def test_all_renderers_show_the_same_colours() -> None:
     assert means[0][1] < 20.0
 
 
+SHELL = """<mujoco><worldbody><camera name="eye" xyaxes="0 -1 0 0 0 1"/>
+<geom name="hull" type="box" pos="1 0 0" size=".1 2 2" rgba="1 0 0 1" group="3"/>
+<geom name="visual" type="box" pos="2 0 0" size=".1 4 4" rgba="0 1 0 1" group="2"/></worldbody></mujoco>"""
+
+
+def test_no_renderer_shows_shapes_of_the_groups_that_opengl_hides(tmp_path: Path) -> None:
+    file = tmp_path / "world.xml"
+    file.write_text(SHELL)
+    simulation = Simulation(load_scene(file), 1)
+    for renderer in renderers():
+        red, green, _ = render(simulation, renderer, CameraSettings("eye", *SMALL)).mean(axis=(0, 1))
+        assert green > 2.0 * red  # OpenGL's highlights are white
+        camera = make_camera(renderer, simulation.scene, simulation.placement, CameraSettings("eye", *SMALL))
+        np.testing.assert_allclose(camera.depths(simulation.render_state()), 1.9, rtol=1e-2)
+        camera.close()
+
+
 def test_noise_repeats_for_the_same_seed_and_moment_only() -> None:
     simulation = before_the_hydrant()
     settings = CameraSettings("camera", *SMALL, noise=SensorNoise(), seed=3)

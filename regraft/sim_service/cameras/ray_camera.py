@@ -1,7 +1,8 @@
 """A camera that needs no OpenGL: one ray per pixel, shaded with numpy.
 
-It draws shapes, colours, floor textures and lamps as the OpenGL renderer does with shadows off. It draws the
-shadows of the first lamp if asked to. It knows no specular highlights, reflections, transparency or sky.
+It draws shapes, colours, floor textures and lamps as the OpenGL renderer does with shadows off. It hides geoms of
+the same groups. It draws the shadows of the first lamp if asked to. It knows no specular highlights, reflections,
+transparency or sky.
 """
 
 import math
@@ -19,6 +20,8 @@ from regraft.sim_service.layout.placement import Placement
 from regraft.sim_service.layout.scene import Scene
 
 NO_BODY = -1
+SHOWN_GROUPS = np.array(mujoco.MjvOption().geomgroup, np.uint8)
+"""Which groups of geoms OpenGL shows: 0 to 2. In the others, models commonly have their collision shapes."""
 SHADOW_SLACK = 1e-3
 """A surface this near (m) to where a lamp's ray ends is lit, not in its own shadow."""
 
@@ -82,7 +85,7 @@ class RayCamera:
             self._data,
             origin,
             rays.ravel(),
-            None,
+            SHOWN_GROUPS,
             True,
             NO_BODY,
             geoms,
