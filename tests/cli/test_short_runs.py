@@ -45,6 +45,16 @@ class Looking(World):
         super().on_configure()
         (run_directory.folder(self.kit.system) / "seen").write_text("")
 """
+FAILING = """\
+from regraft.sim_service.world import World
+
+
+class Failing(World):
+    def advance(self, tick, seconds):
+        super().advance(tick, seconds)
+        if self.ticks == 20:
+            self.kit.fail("the sky fell")
+"""
 
 
 def ended(folder: Path, world: str) -> tuple[int, list[str]]:
@@ -88,6 +98,13 @@ def test_a_run_ends_when_its_source_of_time_fails_to_be_configured(tmp_path: Pat
     code, problems = ended(tmp_path, "raising_world:Broken")
     assert code == 1
     assert any("world" in problem and "no such sky" in problem for problem in problems), problems
+
+
+def test_a_run_ends_when_its_source_of_time_fails_in_it_and_states_why(tmp_path: Path) -> None:
+    (tmp_path / "failing_world.py").write_text(FAILING)
+    code, problems = ended(tmp_path, "failing_world:Failing")
+    assert code == 1
+    assert "world has failed: the sky fell" in problems
 
 
 def test_the_pace_of_a_run_counts_the_time_before_its_world_died(tmp_path: Path) -> None:

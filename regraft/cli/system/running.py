@@ -184,7 +184,7 @@ class Run:
             clock.dropped if clock else (),
             sum(process.restarts for process in watch.processes()),
             self._causes.with_clock(clock.causes if clock else ()),
-            tuple(self._problems(watch)),
+            tuple(self._problems(watch, running)),
             summary,
         )
 
@@ -193,8 +193,12 @@ class Run:
             return clock.wall
         return 0.0 if self._counting_from is None else time.monotonic() - self._counting_from
 
-    def _problems(self, watch: Watch) -> list[str]:
+    def _problems(self, watch: Watch, running: Running) -> list[str]:
         problems = [f"{name} is quarantined" for name in watch.quarantined()]
+        source = running.host.plan.source or ""
+        status = watch.statuses.get(source)
+        if status is not None and status.failure and source in watch.given_up():
+            problems.append(f"{source} has failed: {status.failure}")
         if self._up_at is None and self._duration is not None:
             problems.append(f"never came up: {watch.readiness().reasons()}")
         if self._asked is not None and self._asked.problem:
