@@ -10,3 +10,17 @@ def encodable(text: object) -> str:
     'no file caf\\udce9'
     """
     return str(text).encode(errors="backslashreplace").decode()
+
+
+def text_of(error: BaseException) -> str:
+    """Return an exception's text as messages can carry it; empty if asking for it fails, for an author writes that."""
+    try:
+        return encodable(error)
+    except Exception:
+        return ""
+
+
+def told(error: BaseException) -> str:
+    """Return an exception's type and text as messages can carry them, such as ``ValueError: too fast``."""
+    text, kind = text_of(error), encodable(type(error).__name__)
+    return f"{kind}: {text}" if text else kind

@@ -9,6 +9,7 @@ from types import FrameType
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.qualities.qualities import Judged, all_unknown, estimated
+from regraft.bus_schema.texts import told
 from regraft.component.component import InputQualities
 from regraft.component.predicting import predicted
 from regraft.process.main import load_class
@@ -28,7 +29,7 @@ def call(spec: ComponentSpec, context: Mapping[str, PlainValue], inputs: InputQu
     try:
         return predicted(load_class(spec.cls), described, parameters, context, inputs)
     except Exception as error:
-        return all_unknown(estimated(described), f"estimate raised {type(error).__name__}: {error}"[:500])
+        return all_unknown(estimated(described), f"estimate raised {told(error)}"[:500])
 
 
 class _TooSlow(BaseException):
@@ -45,7 +46,7 @@ def call_within_bounds(spec: ComponentSpec, context: Mapping[str, PlainValue], i
     except _TooSlow:
         why = f"estimate took longer than {MAX_SECONDS:g} s"
     except BaseException as error:
-        why = f"estimate raised {type(error).__name__}: {error}"
+        why = f"estimate raised {told(error)}"
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)

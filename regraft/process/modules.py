@@ -13,6 +13,7 @@ from pathlib import Path
 from types import ModuleType
 
 from regraft.bus_schema.suggestions import near
+from regraft.bus_schema.texts import text_of
 
 EXIT_OF_COPIES = 1
 OUR_FOLDER = Path(__file__).parents[1]
@@ -39,9 +40,9 @@ def imported(name: str, in_copy: Callable[[], object] = lambda: None) -> ModuleT
     except KeyboardInterrupt:
         raise
     except ImportError as error:
-        raise CannotImport(f"cannot import {name!r}: {text_of(error)}{after_failure(name, error)}") from error
+        raise CannotImport(f"cannot import {name!r}: {line_of(error)}{after_failure(name, error)}") from error
     except BaseException as error:
-        why = f"{type(error).__name__}: {text_of(error)}{after_failure(name, error)}"
+        why = f"{type(error).__name__}: {line_of(error)}{after_failure(name, error)}"
         raise CannotImport(f"importing {name!r} failed: {why}") from error
     finally:
         if collecting:
@@ -53,12 +54,9 @@ def imported(name: str, in_copy: Callable[[], object] = lambda: None) -> ModuleT
                 os._exit(EXIT_OF_COPIES)
 
 
-def text_of(error: BaseException) -> str:
+def line_of(error: BaseException) -> str:
     """Return an exception's text on one line; empty if asking for it fails."""
-    try:
-        return " ".join(str(error).split())
-    except Exception:
-        return ""
+    return " ".join(text_of(error).split())
 
 
 def instead_of_module(name: str, error: ImportError) -> str:

@@ -28,6 +28,7 @@ from regraft.bus_schema.messages.protocol.control import (
 from regraft.bus_schema.messages.protocol.handover import Role
 from regraft.bus_schema.model.description import types_in
 from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.texts import text_of
 from regraft.bus_schema.types_by_schema import describe_type
 from regraft.component.component import describe
 from regraft.component.parameters import ParameterError
@@ -189,7 +190,8 @@ class Control:
             parts.component.on_parameters(changed)
         except Exception as error:
             parts.parameters.values = before
-            raise ControlRefused(ControlCode.REFUSED, f"{', '.join(sorted(changed))}: {error}") from None
+            why = text_of(error) or type(error).__name__
+            raise ControlRefused(ControlCode.REFUSED, f"{', '.join(sorted(changed))}: {why}") from None
         self._retime()
         self._measuring.invalidate("not measured since parameters have changed")
 

@@ -12,7 +12,7 @@ from regraft.bus_schema.model.parameter_values import parameter_problem
 from regraft.component.component import declared, describe
 from regraft.component.parameters import ParameterError
 from regraft.process.main import NoSuchClass, load_class
-from regraft.process.modules import CannotImport, hidden_file, imported, text_of
+from regraft.process.modules import CannotImport, hidden_file, imported, line_of
 from regraft.stack.relative_paths import with_absolute_paths
 
 ROBOTS = "robots"
@@ -89,4 +89,4 @@ def describe_class(
         raise
     # An author's class may raise anything, leaving included.
     except BaseException as error:
-        raise NoSuchClass(f"{path!r} cannot be described: {type(error).__name__}: {text_of(error)}") from None
+        raise NoSuchClass(f"{path!r} cannot be described: {type(error).__name__}: {line_of(error)}") from None

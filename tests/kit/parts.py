@@ -29,6 +29,15 @@ class Other:
     text: str = ""
 
 
+class Speechless(Exception):
+    """Has a text that cannot be had: it reads what nobody has set."""
+
+    device: str
+
+    def __str__(self) -> str:
+        return f"{self.device} does not answer"
+
+
 class Echo(Component):
     """Says again what it hears."""
 

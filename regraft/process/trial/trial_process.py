@@ -16,7 +16,7 @@ from typing import Any, NoReturn
 from regraft.process.descendants import LOOK_INTERVAL, adopt_orphans, descendants
 from regraft.process.forked import die_with_parent
 from regraft.process.main import how_it_ended
-from regraft.process.modules import CannotImport, imported, text_of
+from regraft.process.modules import CannotImport, imported, line_of
 from regraft.process.shutdown import ASKING
 from regraft.process.trial.trial_notes import Notes
 
@@ -71,7 +71,7 @@ def _problem(module: str, notes: Notes) -> str:
     except CannotImport as error:
         return str(error)
     except BaseException as error:
-        return f"importing {module!r} failed: {type(error).__name__}: {text_of(error)}"
+        return f"importing {module!r} failed: {type(error).__name__}: {line_of(error)}"
     changes = _left_running(before, notes) or before.changes()
     if changes:
         return f"importing {module!r} {changes}"

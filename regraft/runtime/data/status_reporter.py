@@ -18,7 +18,7 @@ from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.messages.management.system import SystemFaultKind
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.texts import encodable
+from regraft.bus_schema.texts import encodable, told
 from regraft.runtime.core.clock import Clock
 from regraft.runtime.data.own_news import OwnNews
 from regraft.runtime.data.writers import Identity, Writers
@@ -132,7 +132,7 @@ class StatusReporter:
 
     def fault(self, where: str, error: BaseException) -> None:
         """Report an exception from an author's method, with its traceback in the log."""
-        text = encodable(f"{where}: {type(error).__name__}: {error}")
+        text = encodable(f"{where}: {told(error)}")
         self.on_fault(text)
         if self._fresh("fault", where + type(error).__name__):
             self.log.error(text, exc_info=error)

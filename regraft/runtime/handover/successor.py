@@ -14,6 +14,7 @@ from regraft.bus_schema.errors import SchemaError
 from regraft.bus_schema.messages.protocol.control import ControlCode, ControlError
 from regraft.bus_schema.messages.protocol.handover import HandedOver, Handover, HandoverOffer, HandoverStep, Role
 from regraft.bus_schema.model.lifecycle import State, Transition
+from regraft.bus_schema.texts import told
 from regraft.component.component import Component, class_path
 from regraft.patience import stretched
 from regraft.runtime.core.assignment import Succession
@@ -216,16 +217,16 @@ class Successor:
         """Go live; a run that cannot is of no use any more, and reports why."""
         parts = self._parts
         try:
-            told = begin()
+            outcome = begin()
         except Exception as error:
             parts.reporter.fault("taking over", error)
             self._standing.step_aside()
-            refused = ControlRefused(ControlCode.FAILED, f"could not take over: {type(error).__name__}: {error}")
+            refused = ControlRefused(ControlCode.FAILED, f"could not take over: {told(error)}")
             self.problems, self._outcome = refused.problems, refused
             return
         self._standing.be_live()
         self._answering.note_revision(asked.revision)
-        self._outcome = told
+        self._outcome = outcome
         self._answering.answer_parked()
 
     def promote(self, asked: Handover) -> dict[str, object]:

@@ -12,7 +12,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import SchemaError
 from regraft.bus_schema.messages.protocol.control import ComponentView, ControlCode, ControlError
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.texts import encodable
+from regraft.bus_schema.texts import encodable, told
 from regraft.runtime.core.pending import Pending
 from regraft.runtime.core.refusal import ControlRefused
 from regraft.runtime.parts import Parts
@@ -65,7 +65,7 @@ class Answering:
             self._refuse(query, ControlCode.MALFORMED, (f"{verb}: {error}",))
         except Exception as error:
             self._parts.reporter.fault(f"control query {verb!r}", error)
-            self._refuse(query, ControlCode.FAILED, (f"{verb}: {type(error).__name__}: {error}",))
+            self._refuse(query, ControlCode.FAILED, (f"{verb}: {told(error)}",))
         else:
             query.reply(payload)
         return None

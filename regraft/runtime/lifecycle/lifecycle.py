@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from regraft.bus_schema.model.lifecycle import TRANSITIONS, State, Transition, legal, route
-from regraft.bus_schema.texts import encodable
+from regraft.bus_schema.texts import encodable, told
 from regraft.component.component import restore_state
 from regraft.runtime.lifecycle.checkpoints import Checkpoints
 from regraft.runtime.lifecycle.connections import Connections
@@ -65,9 +65,9 @@ class Lifecycle:
             raise TransitionFailed(f"{transition.value}: {error}; now {now}") from error
         except Exception as error:
             self._parts.reporter.fault(f"on_{transition.value}", error)
-            self._recover("hook_raised", f"on_{transition.value}: {type(error).__name__}: {error}")
+            self._recover("hook_raised", f"on_{transition.value}: {told(error)}")
             now = self._parts.state.value
-            raise TransitionFailed(f"{transition.value}: {type(error).__name__}: {error}; now {now}") from error
+            raise TransitionFailed(f"{transition.value}: {told(error)}; now {now}") from error
         self._parts.reporter.update(state=way[1])
         if transition is Transition.CONFIGURE:
             self._parts.reporter.recovered("configured", "configured again")

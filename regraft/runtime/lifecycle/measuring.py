@@ -6,7 +6,7 @@ from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.qualities.qualities import Judged, all_unknown, judged, measured
-from regraft.bus_schema.texts import encodable
+from regraft.bus_schema.texts import told
 from regraft.runtime.parts import Parts
 
 FAULT_AFTER = 5
@@ -45,7 +45,7 @@ class Measuring:
         try:
             return judged(self._described, self._parts.component.evaluate())
         except Exception as error:
-            return all_unknown(self._described, encodable(f"evaluate raised {type(error).__name__}: {error}")[:500])
+            return all_unknown(self._described, f"evaluate raised {told(error)}"[:500])
 
     def last(self) -> MeasuredQualities:
         """Return what was published last in this state, for a tool that has just come."""

@@ -16,7 +16,7 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.handover import ServedClient
 from regraft.bus_schema.messages.protocol.requests import Answer, RefusalCode, Reply, Request, Verb
-from regraft.bus_schema.texts import encodable
+from regraft.bus_schema.texts import encodable, told
 from regraft.component.errors import RequestRefused
 from regraft.component.future import Cancelled
 from regraft.component.handlers import Service
@@ -289,7 +289,7 @@ class Server:
             payload = codec.encode(reply)
         except (TypeError, BadMessage) as wrong:
             self._reporter.fault(self.name, wrong)
-            text = str(wrong) if error is None else f"{type(error).__name__}: {error} (no reply can hold it: {wrong})"
+            text = str(wrong) if error is None else f"{told(error)} (no reply can hold it: {wrong})"
             reply = Reply(request.number, Answer.FAILED, None, encodable(text))
             payload = codec.encode(reply)
         # First of all: if it cannot be put now, it is there when it is asked for again.
@@ -306,7 +306,7 @@ class Server:
         if isinstance(error, RequestRefused):
             return _refusal_to(request, error)
         self._reporter.fault(self.name, error)
-        return Reply(request.number, Answer.FAILED, None, encodable(f"{type(error).__name__}: {error}"))
+        return Reply(request.number, Answer.FAILED, None, told(error))
 
     def _say_again(self, request: Request, reply: Reply | None) -> None:
         if reply is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from regraft import CallFailed, Component, RefusalCode, RequestRefused, action, service
 from regraft.bus_schema.messages.protocol.requests import Answer
 from regraft.testing import Rig
-from tests.kit.parts import Number
+from tests.kit.parts import Number, Speechless
 
 SURROGATE = "no file caf\udce9"
 """A file name that is not UTF-8, as Python reads it from the system."""
@@ -91,21 +92,27 @@ def test_a_refusal_with_any_text_keeps_its_code(which: str) -> None:
         assert (refused.value.answer, refused.value.code) == (Answer.REFUSED, RefusalCode.NOT_FOUND)
 
 
+RAISED = [(ValueError(SURROGATE), r"ValueError: no file caf\\udce9"), (Speechless(), "Speechless")]
+
+
 @pytest.mark.parametrize("which", ["ask", "ask_later"])
-def test_an_exception_with_any_text_is_a_failed_call(which: str) -> None:
+@pytest.mark.parametrize(("error", "told"), RAISED)
+def test_an_exception_with_any_text_is_a_failed_call(which: str, error: Exception, told: str) -> None:
     with Rig() as rig:
-        rig.add(Refuser).error = ValueError(SURROGATE)
-        with pytest.raises(CallFailed, match=r"ValueError: no file caf\\udce9") as failed:
+        rig.add(Refuser).error = error
+        with pytest.raises(CallFailed, match=told) as failed:
             rig.call(which, Number(1), Number)
         assert failed.value.answer is Answer.FAILED
         assert len(rig.take_faults()) == 1
 
 
-def test_a_goal_that_raises_with_any_text_ends() -> None:
+@pytest.mark.parametrize(("error", "told"), RAISED)
+def test_a_goal_that_raises_with_any_text_ends(error: Exception, told: str) -> None:
     with Rig() as rig:
-        rig.add(Refuser).error = ValueError(SURROGATE)
+        rig.add(Refuser).error = error
         goal = rig.goal("pursue", Number(1), Number, Number)
         rig.advance(1.0)
         assert goal.error is not None
         assert goal.error.answer is Answer.FAILED
+        assert re.search(told, goal.error.why)
         assert len(rig.take_faults()) == 1

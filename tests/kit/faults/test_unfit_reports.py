@@ -12,7 +12,7 @@ from regraft import Component, Input, every
 from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.runtime import loop
 from regraft.testing import Rig
-from tests.kit.parts import Number
+from tests.kit.parts import Number, Speechless
 
 SURROGATE = "no file caf\udce9"
 """A file name that is not UTF-8, as Python reads it from the system."""
@@ -94,6 +94,14 @@ def test_an_exception_with_a_text_that_no_message_can_carry_is_a_fault_and_no_mo
         assert rig.state("reporter") is State.ACTIVE
 
 
+def test_an_exception_without_a_text_is_a_fault_and_no_more() -> None:
+    with Rig() as rig:
+        rig.add(Reporter).raised = Speechless()
+        rig.advance(1.0)
+        assert rig.take_faults() == ["reporter: work: Speechless"]
+        assert rig.state("reporter") is State.ACTIVE
+
+
 def test_a_component_fails_by_itself_with_any_text() -> None:
     with Rig() as rig:
         rig.add(Reporter).why = SURROGATE
@@ -107,13 +115,28 @@ def test_a_component_fails_by_itself_with_any_text() -> None:
 class Unready(Component):
     """Cannot be configured, and gives a reason that no message can carry."""
 
+    reason: Exception = ValueError(SURROGATE)
+
     def on_configure(self) -> None:
-        raise ValueError(SURROGATE)
+        raise self.reason
 
 
-def test_a_hook_that_raises_with_any_text_leaves_its_component_on_the_bus() -> None:
+class UnreadyForUnknownReasons(Unready):
+    """Cannot be configured, and gives no reason."""
+
+    reason = Speechless()
+
+
+@pytest.mark.parametrize(
+    ("cls", "failure"),
+    [
+        (Unready, "on_configure: ValueError: no file caf\\udce9"),
+        (UnreadyForUnknownReasons, "on_configure: Speechless"),
+    ],
+)
+def test_a_hook_that_raises_with_any_text_leaves_its_component_on_the_bus(cls: type[Unready], failure: str) -> None:
     with Rig() as rig:
-        rig.add(Unready)
+        rig.add(cls, "unready")
         assert rig.state("unready") is State.UNCONFIGURED
-        assert rig.status("unready").failure == "on_configure: ValueError: no file caf\\udce9"
+        assert rig.status("unready").failure == failure
         assert len(rig.take_faults()) == 2
