@@ -107,11 +107,14 @@ class StatusReporter:
         self._put(self._keys.event, Event(self._seconds(), kind, self.status.component, text, details))
 
     def diagnose(self, subject: str, level: Level, text: str, **values: Any) -> None:
-        """Put a diagnostic."""
+        """Put a diagnostic.
+
+        In simulated time it is encoded again at the end of the step, or for a later reader. So it then has a copy.
+        """
         diagnostic = Diagnostic(self._seconds(), self.status.component, subject, level, text, values)
         self._put(self._keys.diagnostics, diagnostic)
         if self.news is not None:
-            self.news.diagnostic(diagnostic)
+            self.news.diagnostic(replace(diagnostic, values=copy.deepcopy(values)))
 
     def quality(self, quality: Quality) -> None:
         """Put how a quality requirement is met."""

@@ -9,8 +9,12 @@ import numpy as np
 import pytest
 
 from regraft import Component, Input, every
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.model.lifecycle import State, Transition
+from regraft.bus_schema.model.system_topics import DIAGNOSTICS
 from regraft.runtime import loop
+from regraft.runtime.data.own_news import OwnNews
 from regraft.testing import Rig
 from tests.kit.parts import Number, Speechless
 
@@ -82,6 +86,20 @@ def test_a_status_holds_what_was_reported_also_when_its_parts_change_later() -> 
         reporter.values["seen"].append(np.int64(3))
         _beat(rig)
         assert rig.status("reporter").values == {"seen": ["box"]}
+
+
+def test_a_diagnostic_in_simulated_time_holds_what_was_reported_also_when_its_parts_change_later() -> None:
+    with Rig() as rig:
+        rig.add(Reporter)
+        reporter, news, seen = rig.runtimes["reporter"].reporter, OwnNews(), ["box"]
+        news.want((DIAGNOSTICS,))
+        reporter.news = news
+        reporter.diagnose("camera", Level.OK, "sees", seen=seen)
+        seen.append(np.int64(3))  # type: ignore[arg-type]
+        told = news.take(reporter.status)
+        assert told is not None
+        assert [diagnostic.values for diagnostic in told.diagnostics] == [{"seen": ["box"]}]
+        codec.encode(told)
 
 
 def test_an_exception_with_a_text_that_no_message_can_carry_is_a_fault_and_no_more() -> None:
