@@ -121,7 +121,7 @@ class Parts:
         if port.on_demand:
             return LiveInput(port, None, self.reporter, self.fetching if self.stepped else None)
         if method is not None and port.handler_takes_name:
-            return LiveInput(port, partial(method, name), self.reporter)
+            method = partial(method, name)
         if method is not None and inspect.iscoroutinefunction(method):
             left_out = partial(self.reporter.overrun, f"input {name!r}", messages=1)
             return LiveInput(port, self.overlapping(name, method, left_out, answers=True), self.reporter)

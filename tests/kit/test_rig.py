@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from contextlib import nullcontext
+from typing import Any
 
 import pytest
 
-from regraft import CallFailed, Component, Input, Output
+from regraft import CallFailed, Component, Input, Output, Parameter
 from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.testing import Rig
 from tests.kit.parts import Asker, Counter, Echo, Number, Oracle, Walker
@@ -133,6 +135,34 @@ def test_a_state_that_is_not_reached_is_a_fault_too() -> None:
         raised, missed = rig.take_faults()
         assert raised == "unready: on_configure: ValueError: not ready"
         assert missed.startswith("unready: did not become active: ")
+
+
+class Reader(Component):
+    """Reads the topics that its parameter names, one message after another."""
+
+    topics = Parameter(("left", "right"), read_only=True)
+
+    def __init__(self) -> None:
+        self.heard: list[tuple[str, int]] = []
+
+    @classmethod
+    def ports_for(cls, parameters: dict[str, Any]) -> Iterable[Input[Any]]:
+        for topic in parameters["topics"]:
+            yield Input(Number, name=topic, topic=topic, handler="hear", origin="a topic of `topics`")
+
+    async def hear(self, port: str, number: Number) -> None:
+        await self.kit.sleep(0.1)
+        self.heard.append((port, number.value))
+
+
+def test_an_asynchronous_handler_of_several_inputs_is_carried_out() -> None:
+    with Rig() as rig:
+        reader = rig.add(Reader)
+        rig.publish("left", Number(1))
+        rig.publish("right", Number(2))
+        assert reader.heard == []
+        rig.advance(0.1)
+        assert reader.heard == [("left", 1), ("right", 2)]
 
 
 def _break(*, expected: type[Exception] | None) -> None:
