@@ -289,6 +289,8 @@ def _scalar(hint: Any, notes: tuple[Any, ...]) -> Shape:
     if hint is bytes:
         return shapes.BytesShape()
     if isinstance(hint, type) and issubclass(hint, Enum):
+        if not all(isinstance(member.value, str) for member in hint):
+            raise BadType(f"{hint.__qualname__} is no enumeration of texts: its values travel, and must be texts")
         allowed = next((note.members for note in notes if isinstance(note, OneOf)), tuple(hint))
         return shapes.EnumShape(hint, allowed)
     if dataclasses.is_dataclass(hint) and isinstance(hint, type):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum, IntEnum
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -93,6 +94,9 @@ def test_a_module_that_is_loaded_again_may_register_its_types_again() -> None:
         NDArray[np.uint8],
         object,
         Bare | Vector3,
+        Enum("Gear", {"PARK": 0, "DRIVE": 1}),
+        IntEnum("Step", {"UP": 1, "DOWN": -1}),
+        Enum("Mixed", {"TEXT": "text", "NUMBER": 1}),
     ],
 )
 def test_a_field_that_cannot_travel_is_refused_by_name(hint: Any) -> None:
