@@ -29,27 +29,37 @@ _unpack = msgpack.unpackb
 
 
 def encode(message: object) -> bytes:
-    """Return the payload of a message; raises BadMessage if a field does not fit its type."""
+    """Return the payload of a message; raises BadMessage if it is too large, or a field does not fit its type."""
     return encode_as(type_of(type(message)), message)
 
 
 def encode_as(kind: MessageType, message: object) -> bytes:
-    """Return the payload of a message of a known kind; raises BadMessage if a field does not fit its type."""
+    """Return the payload of a message of a known kind; raises BadMessage as `encode` does."""
     packed: bytes = _pack(kind.pack(message))
-    return packed if kind.tail is None else with_tail(packed, getattr(message, kind.tail))
+    if kind.tail is not None:
+        return with_tail(packed, getattr(message, kind.tail))
+    if len(packed) > MAX_MESSAGE_SIZE:
+        raise _too_large(len(packed))
+    return packed
 
 
 def with_tail(packed: bytes, array: np.ndarray[Any, Any]) -> bytes:
-    """Return a payload of a packed map and the array that it describes as its tail.
+    """Return a payload of a packed map and the array that it describes as its tail; raises BadMessage if too large.
 
     A message that is passed on as it came is the payload that it came in: nothing is copied.
     """
     header = HEADER_LENGTH.pack(len(packed)) + packed
+    if len(header) + array.nbytes > MAX_MESSAGE_SIZE:
+        raise _too_large(len(header) + array.nbytes)
     tail = np.ascontiguousarray(array).reshape(-1).view(np.uint8)
     came = _read_from(array)
     if came is not None and came.startswith(header) and _is_behind(tail, came, len(header)):
         return came
     return b"".join((header, tail.data))
+
+
+def _too_large(size: int) -> BadMessage:
+    return BadMessage(f"is {size} bytes long, must be at most {MAX_MESSAGE_SIZE}")
 
 
 def _read_from(array: np.ndarray[Any, Any]) -> bytes | None:
@@ -75,7 +85,7 @@ def decode(payload: bytes, cls: type[T]) -> T:
 def decode_as(kind: MessageType, payload: bytes) -> Any:
     """Return the message of a known kind that ``payload`` holds; raises BadMessage if it does not fit."""
     if len(payload) > MAX_MESSAGE_SIZE:
-        raise BadMessage(f"is {len(payload)} bytes long, must be at most {MAX_MESSAGE_SIZE}")
+        raise _too_large(len(payload))
     if kind.tail:
         return kind.unpack(_plain_with_tail(payload))
     # The same as _unpacked, without its frame: every small message comes this way.

@@ -9,9 +9,10 @@ from typing import Any
 import pytest
 
 from regraft import CallFailed, Component, RefusalCode, RequestRefused, action, service
+from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.protocol.requests import Answer
 from regraft.testing import Rig
-from tests.kit.parts import Number, Speechless
+from tests.kit.parts import Number, Other, Speechless
 
 SURROGATE = "no file caf\udce9"
 """A file name that is not UTF-8, as Python reads it from the system."""
@@ -80,6 +81,26 @@ def test_a_goal_ends_whose_refusal_fits_no_reply(error: RequestRefused) -> None:
         following = rig.goal("pursue", Number(2), Number, Number)
         rig.advance(1.0)
         assert following.result == Number(2)
+        assert len(rig.take_faults()) == 1
+
+
+class Archive(Component):
+    """Gives a text that is as long as it is asked for."""
+
+    @service("fetch")
+    def fetch(self, number: Number) -> Other:
+        return Other("x" * number.value)
+
+
+def test_a_reply_that_is_too_large_is_a_failed_call_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(codec, "MAX_MESSAGE_SIZE", 10_000)
+    with Rig() as rig:
+        rig.add(Archive)
+        with pytest.raises(CallFailed, match="at most 10000") as failed:
+            rig.call("fetch", Number(20_000), Other)
+        assert failed.value.answer is Answer.FAILED
+        assert rig.clock.now() / 1e9 < 1.0
+        assert rig.call("fetch", Number(1_000), Other) == Other("x" * 1_000)
         assert len(rig.take_faults()) == 1
 
 

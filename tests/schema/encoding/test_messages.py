@@ -265,6 +265,21 @@ def test_a_payload_above_the_limit_is_refused_unread() -> None:
         codec.decode(bytes(codec.MAX_MESSAGE_SIZE + 1), Twist)
 
 
+@pytest.mark.parametrize("tail", [False, True])
+def test_a_message_above_the_limit_is_not_sent_and_one_at_it_arrives(
+    tail: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pixels = np.zeros((40, 50, 3), np.uint8)
+    image = Image(1.0, "camera", "base_link", Pose(), 1.2, pixels)
+    sent = image if tail else Event(0.0, "fault", "navigator", "", {"dump": bytes(6000)})
+    size = len(codec.encode(sent))
+    monkeypatch.setattr(codec, "MAX_MESSAGE_SIZE", size)
+    assert same(codec.decode(codec.encode(sent), type(sent)), sent)
+    monkeypatch.setattr(codec, "MAX_MESSAGE_SIZE", size - 1)
+    with pytest.raises(BadMessage, match=f"is {size} bytes long, must be at most {size - 1}"):
+        codec.encode(sent)
+
+
 def test_an_error_names_the_path_of_the_field_at_fault() -> None:
     with pytest.raises(BadMessage) as refused:
         codec.from_plain({"linear": {"x": "fast"}}, Twist)
