@@ -27,7 +27,7 @@ from regraft.runtime.core.tasks import RunningTask, Tasks
 from regraft.runtime.core.timers import Timers
 from regraft.runtime.data.fetching import Fetching
 from regraft.runtime.data.inbound import Consumer, Inbound
-from regraft.runtime.data.inputs import LiveInput, TopicReader
+from regraft.runtime.data.inputs import LiveInput, NewestInput, TopicReader
 from regraft.runtime.data.outputs import LiveOutput
 from regraft.runtime.data.repair import Repair
 from regraft.runtime.data.run_check import RunCheck
@@ -124,7 +124,9 @@ class Parts:
             method = partial(method, name)
         if method is not None and inspect.iscoroutinefunction(method):
             left_out = partial(self.reporter.overrun, f"input {name!r}", messages=1)
-            return LiveInput(port, self.overlapping(name, method, left_out, answers=True), self.reporter)
+            method = self.overlapping(name, method, left_out, answers=True)
+        if method is not None and port.latest_only and not self.stepped:
+            return NewestInput(port, method, self.reporter, self.inbox)
         return LiveInput(port, method, self.reporter)
 
     def _server(self, name: str) -> Server:
