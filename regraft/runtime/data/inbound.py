@@ -132,10 +132,17 @@ class Inbound:
         stream = self.streams.get(pair)
         if stream is None:
             if len(self.streams) >= MAX_STREAMS:
-                self._known.clear()
-                self.streams.pop(next(iter(self.streams)))
+                self._forget_one()
             stream = self.streams[pair] = Stream()
         return stream
+
+    def _forget_one(self) -> None:
+        """Forget the stranger that has been silent for longest, rather than a stream whose place is needed."""
+        used = {id(stream) for stream, _ in self._known.values()}
+        idle = (pair for pair, s in self.streams.items() if not (s.wired or s.waiting or id(s) in used))
+        pair = next(idle, None) or next(iter(self.streams))
+        self._known.clear()
+        del self.streams[pair]
 
     def strike(self, key: str, source: str, last: int, doubted: Container[int]) -> None:
         """Drop what a writer has not put: its own numbering had only come to ``last``."""
@@ -196,6 +203,9 @@ class Inbound:
             return
         if (stream.epoch, stream.incarnation) != before:
             self._known.clear()
+        if not stream.wired:
+            pair = (sample.key, envelope.source)
+            self.streams[pair] = self.streams.pop(pair)  # behind all that have been silent since
         if envelope.kind is Kind.MARKER:
             stream.mark(envelope.sequence, stepped=self.stepped)
             if not self.stepped and envelope.incarnation == stream.incarnation:

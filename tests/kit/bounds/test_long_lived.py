@@ -5,9 +5,14 @@ from __future__ import annotations
 import gc
 import weakref
 
+import pytest
+
+from regraft.bus.interface import Sample
 from regraft.bus.memory_bus import MemoryBus, MemoryHub
+from regraft.bus_schema.encoding.envelope import Envelope, Kind
 from regraft.client import TopicSample
-from regraft.runtime.core.clock import RealClock
+from regraft.runtime.core.clock import RealClock, SteppedClock
+from regraft.runtime.data.inbound import MAX_STREAMS, Inbound
 from regraft.runtime.data.writers import MAX_RETIRED, Identity, Writers
 from tests.kit.parts import Number
 from tests.support.stepped.site import Site
@@ -42,6 +47,69 @@ def test_the_numbering_of_a_topic_is_kept_however_many_clients_have_gone() -> No
     for client in range(MAX_RETIRED + 10):
         writers.retire(f"reply/{client}")
     assert writers.open("topic", "").sequence == 1
+
+
+class Reader:
+    """Takes all that comes, and counts what is refused."""
+
+    reliable, paused, wakes = True, False, True
+
+    def __init__(self) -> None:
+        self.refused = 0
+
+    def deliver(self, sample: Sample) -> None:
+        pass
+
+    def refuse(self, source: str, why: str) -> None:
+        self.refused += 1
+
+    def report_lost(self, source: str, count: int) -> None:
+        pass
+
+
+def _sample(source: str, sequence: int, kind: Kind = Kind.DATA, epoch: int = 1) -> Sample:
+    return Sample("data", b"", Envelope(source, epoch, epoch, sequence, 0, kind).to_bytes(), "")
+
+
+def _given_out(inbound: Inbound) -> list[tuple[str, int]]:
+    given = [Envelope.from_bytes(sample.attachment) for _, sample in inbound.ready]
+    inbound.ready.clear()
+    return [(envelope.source, envelope.sequence) for envelope in given]
+
+
+def test_how_far_a_member_of_simulated_time_has_come_is_known_however_many_others_have_sent() -> None:
+    inbound = Inbound(SteppedClock(0), stepped=True)
+    inbound.add("data", Reader())
+    inbound.arrive(_sample("member", 0, Kind.MARKER))
+    for sequence in range(1, 6):
+        inbound.arrive(_sample("member", sequence))
+    inbound.release({"data": {"member": 5}})
+    assert _given_out(inbound) == [("member", sequence) for sequence in range(1, 6)]
+    for stranger in range(MAX_STREAMS + 10):
+        inbound.arrive(_sample(f"client-{stranger}", 1))
+        inbound.release_outside((f"client-{stranger}",))
+    assert len(inbound.streams) == MAX_STREAMS
+    inbound.ready.clear()
+    inbound.arrive(_sample("member", 6))
+    assert inbound.holds({"data": {"member": 6}})
+    inbound.release({"data": {"member": 6}})
+    assert _given_out(inbound) == [("member", 6)]
+
+
+@pytest.mark.parametrize("marked", [True, False])
+def test_how_far_who_still_sends_has_come_is_known_however_many_others_have_gone(marked: bool) -> None:
+    reader, inbound = Reader(), Inbound(RealClock(), stepped=False)
+    inbound.add("data", reader)
+    if marked:
+        inbound.arrive(_sample("source", 0, Kind.MARKER, epoch=2))
+    for stranger in range(MAX_STREAMS + 10):
+        if not marked and stranger % 1000 == 0 and stranger < MAX_STREAMS:
+            inbound.arrive(_sample("source", 1 + stranger // 1000, epoch=2))
+        inbound.arrive(_sample(f"client-{stranger}", 1))
+    assert len(inbound.streams) == MAX_STREAMS
+    inbound.ready.clear()
+    inbound.arrive(_sample("source", 20, epoch=1))
+    assert (reader.refused, _given_out(inbound)) == (1, [])
 
 
 class Look:
