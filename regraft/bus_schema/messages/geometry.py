@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from regraft.bus_schema.annotations import Metres, MetresPerSecond, Radians, RadiansPerSecond, Seconds
 from regraft.bus_schema.encoding.registry import message
 
+ROUNDED = 1e-6
+"""How far the length of a unit quaternion may be from 1."""
+
 
 @message("regraft/Vector3")
 @dataclass(frozen=True, slots=True)
@@ -36,8 +39,12 @@ class Quaternion:
 
     @property
     def yaw(self) -> Radians:
-        """The rotation about z, in (-pi, pi]."""
-        return math.atan2(2 * (self.w * self.z + self.x * self.y), 1 - 2 * (self.y**2 + self.z**2))
+        """The rotation about z, in (-pi, pi]; that of a quaternion of another length is the same, 0 for length 0."""
+        x, y, z, w = self.x, self.y, self.z, self.w
+        length = math.hypot(x, y, z, w)
+        if length and abs(length - 1.0) > ROUNDED:
+            x, y, z, w = x / length, y / length, z / length, w / length
+        return math.atan2(2 * (w * z + x * y), 1 - 2 * (y**2 + z**2))
 
 
 @message("regraft/Pose")
