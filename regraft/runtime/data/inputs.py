@@ -378,5 +378,8 @@ class TopicReader:
         self.ports[0].refuse(source, why)
 
     def report_lost(self, source: str, count: int) -> None:
-        """Report a loss, once."""
-        self.ports[0].report_lost(source, count)
+        """Report a loss, once: for the first input that is to get every message."""
+        for port in self.ports:
+            if port.reliable:
+                port.report_lost(source, count)
+                return

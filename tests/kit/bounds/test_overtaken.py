@@ -8,6 +8,9 @@ from functools import partial
 import pytest
 
 from regraft import Component, Input, Output, every
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.envelope import Envelope
+from regraft.bus_schema.encoding.registry import type_of
 from regraft.bus_schema.model.lifecycle import Transition
 from regraft.testing import Rig
 from tests.kit.parts import Number
@@ -133,6 +136,27 @@ def test_what_came_before_a_component_was_deactivated_is_not_handled_afterwards(
         source.publish(MANY + 1, MANY + 1)
         rig.settle()
         assert watcher.handled == [MANY + 1]
+
+
+class Both(Component):
+    """Reads a topic twice: the newest message, and every one."""
+
+    newest = Input(Number, topic="numbers", latest_only=True)
+    every_one = Input(Number, topic="numbers")
+
+
+def test_a_loss_counts_also_where_another_input_of_the_topic_reads_the_newest() -> None:
+    with Rig() as rig:
+        rig.add(Both)
+        rig.runtimes["both"].repair.rest()  # nobody is asked for what is missing
+        put = rig.bus.publisher(rig.keys.topic("numbers"), type_of(Number).encoding, reliable=True).put
+        for sequence in (1, 2, 9):
+            put(codec.encode(Number(sequence)), Envelope("ghost", 1, 1, sequence, 0).to_bytes())
+        rig.advance_until(lambda: rig.status("both").lost > 0)
+        assert rig.status("both").lost == 6
+        assert [event.text for event in rig.events if event.kind == "message.lost"] == [
+            "input 'every_one': 6 from ghost"
+        ]
 
 
 def test_in_simulated_time_the_handler_gets_every_message() -> None:
