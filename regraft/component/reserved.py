@@ -21,6 +21,8 @@ from regraft.component.ports import Input, Output
 from regraft.component.quality import Quality
 
 STORE, LONG_ARGUMENT = dis.opmap["STORE_ATTR"], dis.opmap["EXTENDED_ARG"]
+LOADS = ("LOAD_FAST", "LOAD_DEREF")
+"""How a method has its own first argument; the second, where a function within it uses that, too."""
 
 
 def check_attributes(cls: type, base: type) -> None:
@@ -79,7 +81,7 @@ def _assigned(code: CodeType) -> Iterator[tuple[int, str]]:
     before: Any = None
     for step in dis.get_instructions(code):
         if step.opname == "STORE_ATTR":
-            loaded = before.argval if before is not None and before.opname.startswith("LOAD_FAST") else None
+            loaded = before.argval if before is not None and before.opname.startswith(LOADS) else None
             if own and own in (loaded, loaded[-1] if isinstance(loaded, tuple) else None):
                 line = step.positions.lineno if step.positions else None
                 yield line or code.co_firstlineno, str(step.argval)

@@ -38,6 +38,10 @@ WRONG = {
         2,
     ),
     "    async def look(this, kit):\n        this.kit = kit\n": ("'kit' cannot name an attribute in Odd.look", 1),
+    "    def on_configure(self):\n        self.kit = 1\n        self.a = lambda: self\n": (
+        "'kit' cannot name an attribute in Odd.on_configure",
+        1,
+    ),
     "    def on_configure(self):\n        self.resources, self.a = 1, 2\n": (
         "'resources' cannot name an attribute in Odd.on_configure",
         1,
