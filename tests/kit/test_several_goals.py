@@ -97,10 +97,10 @@ def test_a_goal_that_raises_fails_alone(site: Site) -> None:
 
     def spoil() -> None:
         waiter.serving.clear()  # the goals that end now cannot be taken out
+        waiter.done.add(1)
 
     wait_until(lambda: len(waiter.serving) == 2, "both to be begun")
     runtime.post(spoil)
-    waiter.done.add(1)
     with pytest.raises(CallFailed, match="KeyError") as failed:
         first.result(PATIENCE)
     assert failed.value.answer is Answer.FAILED
