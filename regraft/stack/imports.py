@@ -53,17 +53,20 @@ def _classes(root: Section) -> Iterator[tuple[str, str]]:
     modes = root.node("modes")
     for mode, node in modes.value.items() if modes is not None and isinstance(modes.value, dict) else ():
         for index, change in enumerate(node.value if isinstance(node.value, tuple) else ()):
-            yield from _class_in_mode(change, f"modes.{mode}.{index}", components)
+            yield from _classes_in_mode(change, f"modes.{mode}.{index}", components)
 
 
-def _class_in_mode(change: Node, place: str, components: Section) -> Iterator[tuple[str, str]]:
-    """Yield the class that a change of a mode gives to a component of this machine: other hosts have their own."""
+def _classes_in_mode(change: Node, place: str, components: Section) -> Iterator[tuple[str, str]]:
+    """Yield the classes that a change of a mode gives to a component of this machine: other hosts have their own."""
     given = plain(change)
     if not isinstance(given, dict):
         return
     own = components.node(str(given.get("component")))
     swapped = plain(own) if own is not None else None
-    for spec, at, of in ((given, "class", swapped), (given.get("spec"), "spec.class", given.get("spec"))):
-        path = spec.get("class") if isinstance(spec, dict) else None
-        if isinstance(path, str) and isinstance(of, dict) and of.get("host", FIRST) == FIRST:
-            yield f"{place}.{at}", path
+    for spec, at, of in ((given, place, swapped), (given.get("spec"), f"{place}.spec", given.get("spec"))):
+        if not isinstance(spec, dict) or not isinstance(of, dict) or of.get("host", FIRST) != FIRST:
+            continue
+        if isinstance(path := spec.get("class"), str):
+            yield f"{at}.class", path
+        for below, path in device_classes(spec.get("parameters")):
+            yield f"{at}.parameters.{below}", path

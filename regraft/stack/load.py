@@ -19,6 +19,7 @@ from regraft.stack.sections.constraints import read_constraints
 from regraft.stack.sections.faults import read_faults
 from regraft.stack.sections.hosts import read_hosts
 from regraft.stack.sections.limits import read_limits
+from regraft.stack.sections.mode_changes import Surroundings
 from regraft.stack.sections.mode_rules import with_rules
 from regraft.stack.sections.modes import with_modes
 from regraft.stack.sections.topics import read_topics
@@ -76,7 +77,7 @@ def load(file: Path | str, notice: Notice = lambda _: None) -> Stack:
     document = with_robot_data(assembly.document, assembly.robots, report, refused)
     report.locations = locations_of(document)
     root = Section(document, "", report)
-    architecture = _with_speed(root, _architecture(root, refused))
+    architecture = _with_speed(root, _architecture(root, Surroundings(refused, assembly.references)))
     for place, problem in stack_problems(architecture):
         report.add(place, problem)
     stack = Stack(
@@ -102,13 +103,13 @@ def _imports(root: Section, refused: frozenset[str]) -> tuple[str, ...]:
     return modules
 
 
-def _architecture(root: Section, refused: frozenset[str]) -> Architecture:
+def _architecture(root: Section, around: Surroundings) -> Architecture:
     table = root.section("components")
     given = root.node("components")
     if given is not None and given.value is not None and not isinstance(given.value, dict):
         # Nearly all else speaks of components, and would be wrong.
         root.report.raise_if_any()
-    specs = {name: read_component(table, name, refused) for name in table.names()}
+    specs = {name: read_component(table, name, around.refused) for name in table.names()}
     # Topics come after the components: importing a class may make new message types known.
     topics = read_topics(root.section("topics"))
     hosts, rules = read_hosts(root)
@@ -125,7 +126,7 @@ def _architecture(root: Section, refused: frozenset[str]) -> Architecture:
     if not specs and not root.report.problems:
         root.wrong("components", "there are none: a stack needs at least one")
     architecture = replace(architecture, constraints=read_constraints(root, specs))
-    return with_rules(root, with_modes(root, architecture, refused))
+    return with_rules(root, with_modes(root, architecture, around))
 
 
 def _connected(

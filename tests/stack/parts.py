@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import Any
 
 from regraft import Component, Input, Output, Parameter, Records, action, service
 from regraft.bus_schema.annotations import ClassPath, PlainValue
@@ -12,6 +14,7 @@ from regraft.bus_schema.messages.geometry import Twist
 from regraft.bus_schema.messages.navigation import Arrival, NavigateTo
 from regraft.bus_schema.messages.sensors import LaserScan, Odometry
 from regraft.bus_schema.model.description import Resources
+from regraft.component.parameters import ParameterError
 from regraft.lockstep.source import TimeSource
 
 
@@ -116,6 +119,24 @@ class Navigator(Component):
     async def navigate_to(self, goal: NavigateTo) -> Arrival:
         """Drive to a pose."""
         raise NotImplementedError
+
+
+class Drive(Component):
+    """Goes as fast as its motor, with a gear for each number of teeth."""
+
+    velocity = Output(Twist)
+
+    top_speed = Parameter(1.0, read_only=True)
+    speed = Parameter(0.5, minimum=0.0, limit="top_speed")
+    teeth = Parameter((), read_only=True)
+
+    @classmethod
+    def parameters_for(cls, parameters: dict[str, Any]) -> Iterable[Parameter[Any]]:
+        """Return a gear for each; raises ParameterError if one has no teeth."""
+        for index, count in enumerate(parameters["teeth"]):
+            if count < 1:
+                raise ParameterError([(f"teeth.{index}", f"{count}: must be at least 1")])
+            yield Parameter(1.0).renamed(f"gear_{count}", 1.0)
 
 
 class Joystick(Component):

@@ -16,9 +16,10 @@ from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.lockstep.source import TimeSource
 from regraft.process.main import NoSuchClass, load_class
 from regraft.stack.assembly.references import replaced
-from regraft.stack.classes import describe_class, taken_from_robot
+from regraft.stack.classes import describe_class
 from regraft.stack.files import file_problems
 from regraft.stack.relative_paths import with_absolute_paths
+from regraft.stack.robot_data import taken_values
 from regraft.stack.sections.components import in_run_folder
 
 
@@ -49,7 +50,7 @@ class Surroundings:
         """Return parameters without references, and with those that the class takes from its robot."""
         own = self.references.get(spec.name.rpartition(".")[0], {})
         known = own or self.references.get("", {})
-        taken = {name: own[datum] for name, datum in taken_from_robot(spec.cls).items() if datum in own}
+        taken = taken_values(spec.name, spec.cls, self.references)
         return taken | {name: replaced(value, known) for name, value in spec.parameters.items()}
 
 

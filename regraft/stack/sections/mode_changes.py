@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.adaptation import Add, Change, ChangeState, Connect, Move, Remove, SetParameters, Swap
@@ -13,8 +14,9 @@ from regraft.bus_schema.model.parameter_values import effective_parameter, param
 from regraft.bus_schema.model.wiring import connection_problem
 from regraft.bus_schema.suggestions import Hints, instead_of
 from regraft.process.main import NoSuchClass
-from regraft.stack.classes import describe_class
+from regraft.stack.classes import describe_class, device_classes
 from regraft.stack.files import file_problems
+from regraft.stack.robot_data import taken_values
 from regraft.stack.sections.hosts import FIRST
 
 OF_COMPONENTS = (SetParameters, Connect, ChangeState, Swap)
@@ -24,17 +26,28 @@ Found = Iterator[tuple[str, str]]
 
 
 @dataclass(frozen=True, slots=True)
+class Surroundings:
+    """A stack around its modes: ``references`` have the values of its robots, by robot.
+
+    No module that is ``refused`` is imported. Why it is refused is noted already.
+    """
+
+    refused: Collection[str]
+    references: Mapping[str, Mapping[str, PlainValue]]
+
+
+@dataclass(frozen=True, slots=True)
 class ModeTargets:
     """The components that modes change, and the topics that they may use then.
 
     ``classes`` has the descriptions of the classes that modes give to a component, by its name. One that is not known
-    is None: it may be on another host, or is wrong, and reported as such. No module that is ``refused`` is imported.
+    is None: it may be on another host, or is wrong, and reported as such.
     """
 
     architecture: Architecture
     topics: Mapping[str, TopicSpec]
     classes: Mapping[str, list[Description | None]]
-    refused: Collection[str]
+    around: Surroundings
 
     def descriptions(self, component: str) -> list[Description] | None:
         """Return a component's descriptions, as it is in the stack first; None if one is not known."""
@@ -44,28 +57,29 @@ class ModeTargets:
         return known if len(known) == len(every) else None
 
 
-def targets_of(architecture: Architecture, changes: Iterable[Change], refused: Collection[str]) -> ModeTargets:
-    """Return what all changes of all modes are about. Why modules are ``refused`` is noted already."""
+def targets_of(architecture: Architecture, changes: Iterable[Change], around: Surroundings) -> ModeTargets:
+    """Return what all changes of all modes are about."""
     topics = dict(architecture.topics)
     classes: dict[str, list[Description | None]] = {}
     for change in changes:
         spec = architecture.components.get(change.component)
         if isinstance(change, Add):
             topics |= {topic.name: topic for topic in change.topics}
-        if isinstance(change, Swap) and not change.cls:
-            classes.setdefault(change.component, []).append(spec.description if spec else None)
-        elif isinstance(change, Add | Swap):
-            described = _description(change, spec, refused)
-            known = described if isinstance(described, Description) else None
-            classes.setdefault(change.component, []).append(known)
-    return ModeTargets(architecture, topics, classes, refused)
+        if isinstance(change, Add | Swap):
+            described = _described(change, spec, around)
+            classes.setdefault(change.component, []).append(described.description)
+    return ModeTargets(architecture, topics, classes, around)
 
 
-def description_for(change: Change, spec: ComponentSpec | None, refused: Collection[str]) -> Description | None:
-    """Return the description by which a change's parameters are read; None if it is not known here."""
-    if isinstance(change, Add) or (isinstance(change, Swap) and change.cls):
-        found = _description(change, spec, refused)
-        return found if isinstance(found, Description) else None
+def description_for(
+    change: Change, spec: ComponentSpec | None, around: Surroundings, folders: Mapping[str, Path]
+) -> Description | None:
+    """Return the description by which a change's parameters are read; None if it is not known here.
+
+    ``folders`` are those from which the change's relative paths are looked for.
+    """
+    if isinstance(change, Add | Swap):
+        return _described(change, spec, around, folders).description
     return spec.description if spec else None
 
 
@@ -156,16 +170,16 @@ def _connection_problems(
 def _class_problems(change: Add | Swap, spec: ComponentSpec | None, targets: ModeTargets) -> Found:
     new = change.spec if isinstance(change, Add) else change
     above = "spec." if isinstance(change, Add) else ""
-    if not new.cls and isinstance(change, Swap):
-        descriptions = targets.descriptions(change.component)
-    else:
-        described = _description(change, spec, targets.refused)
-        if isinstance(described, str):
-            yield f"{above}class", described
-        descriptions = [described] if isinstance(described, Description) else None
-    if not descriptions:
+    described = _described(change, spec, targets.around)
+    if described.no_such_class:
+        yield f"{above}class", described.no_such_class
+    # A swap that names no class keeps any that a mode may have put there before.
+    before = targets.descriptions(change.component) if not new.cls and isinstance(change, Swap) else []
+    if described.description is None or before is None:
         return
-    for name, problem in _value_problems(descriptions, new.parameters):
+    own = [(place, why) for place, why in described.problems if place.partition(".")[0] in new.parameters]
+    descriptions = [described.description, *before]
+    for name, problem in own or _value_problems(descriptions, new.parameters):
         yield f"{above}parameters.{name}", problem
     if all(each is descriptions[0] for each in descriptions):
         exact = not any(parameter.read_only for parameter in descriptions[0].parameters)
@@ -173,13 +187,44 @@ def _class_problems(change: Add | Swap, spec: ComponentSpec | None, targets: Mod
         yield from ((f"{above}connect.{port}", problem) for port, _, problem in wrong)
 
 
-def _description(change: Add | Swap, spec: ComponentSpec | None, refused: Collection[str]) -> Description | str | None:
-    """Return a class's description, or why there is none; None for a program, or where another host has the class."""
-    cls = change.spec.cls if isinstance(change, Add) else change.cls
-    host = change.spec.host if isinstance(change, Add) else spec.host if spec else ""
-    if not cls or host != FIRST or cls.partition(":")[0] in refused:
-        return None
+@dataclass(frozen=True, slots=True)
+class _Described:
+    """The description of a class with the parameters that a change gives it, and what is wrong with these.
+
+    It is None for a program, where another host has the class, and if there is ``no_such_class``.
+    """
+
+    description: Description | None = None
+    problems: tuple[tuple[str, str], ...] = ()
+    no_such_class: str = ""
+
+
+def _described(
+    change: Add | Swap,
+    spec: ComponentSpec | None,
+    around: Surroundings,
+    folders: Mapping[str, Path] | None = None,
+) -> _Described:
+    """Return a class as the component's host will describe it when the change is carried out."""
+    old = spec or ComponentSpec(change.component, host="")
+    if isinstance(change, Add):
+        cls, host, given = change.spec.cls, change.spec.host, change.spec.parameters
+    else:
+        cls, host, given = change.cls or old.cls, old.host, old.parameters | change.parameters
+    if isinstance(change, Swap) and not change.cls and not _fixes(change, old.description):
+        return _Described(old.description)
+    if not cls or host != FIRST or cls.partition(":")[0] in around.refused:
+        return _Described()
+    values = taken_values(change.component, cls, around.references) | given
+    if any(of_device.partition(":")[0] in around.refused for _, of_device in device_classes(values)):
+        return _Described()
     try:
-        return describe_class(cls, {})[0]
+        return _Described(*describe_class(cls, values, folders))
     except NoSuchClass as error:
-        return str(error)
+        return _Described(no_such_class=str(error))
+
+
+def _fixes(change: Swap, description: Description | None) -> bool:
+    """Return whether a change gives parameters that decide on the others, and on ports."""
+    known = description.parameters if description else ()
+    return any(parameter.read_only and parameter.name in change.parameters for parameter in known)

@@ -17,7 +17,7 @@ from regraft.bus_schema.model.modes.mode_sizes import size_problems
 from regraft.bus_schema.model.robots.scopes import SHARED
 from regraft.bus_schema.suggestions import Hints
 from regraft.stack.relative_paths import with_run_folder
-from regraft.stack.sections.mode_changes import change_problems, description_for, targets_of
+from regraft.stack.sections.mode_changes import Surroundings, change_problems, description_for, targets_of
 from regraft.stack.sections.mode_files import MODES, PlainChange, modes_of_files, with_absolute_values
 from regraft.stack.yaml.nodes import Location, Node, plain
 from regraft.stack.yaml.section import Section
@@ -35,20 +35,20 @@ class ReadModes:
     rule_locations: Mapping[str, Location] = field(default_factory=dict)
 
 
-def with_modes(root: Section, architecture: Architecture, refused: Collection[str] = ()) -> ReadModes:
+def with_modes(root: Section, architecture: Architecture, around: Surroundings) -> ReadModes:
     """Return the architecture with the modes of ``modes``.
 
     The modes speak of its components. One that is wrong is noted, and has the changes that are right. ``modes`` may
-    name files of ROS 2's system_modes, whose modes those of the stack may enter. Modules that are ``refused`` are not
-    imported.
+    name files of ROS 2's system_modes, whose modes those of the stack may enter. The stack ``around`` them
+    decides how classes are described that modes give to components.
     """
     given = root.node(MODES)
     of_files = modes_of_files(root, architecture.components)
     section = Section(_inline(given), MODES, root.report)
-    read = {name: _changes(section, name, architecture.components, refused) for name in section.names()}
+    read = {name: _changes(section, name, architecture.components, around) for name in section.names()}
     for name in read.keys() & of_files.modes.keys():
         section.wrong(name, "a file of system_modes has a mode of this name, too: give this one another name")
-    targets = targets_of(architecture, (meant for changes in read.values() for _, meant, _ in changes), refused)
+    targets = targets_of(architecture, (meant for changes in read.values() for _, meant, _ in changes), around)
     for changes in read.values():
         for place, meant, _ in changes:
             for below, problem in change_problems(meant, targets):
@@ -79,7 +79,7 @@ def _inline(given: Node | None) -> Node:
 
 
 def _changes(
-    section: Section, name: str, components: Mapping[str, ComponentSpec], refused: Collection[str]
+    section: Section, name: str, components: Mapping[str, ComponentSpec], around: Surroundings
 ) -> list[tuple[str, Change, PlainChange]]:
     """Return the changes of a mode that can be read: the field of each, its meaning, and it with absolute paths."""
     node = section.node(name)
@@ -91,8 +91,9 @@ def _changes(
         place, change = f"{name}.{index}", plain(given)
         try:
             meant = _meant(change)
-            description = description_for(meant, components.get(meant.component), refused)
-            whole = with_absolute_values(change, description, _folders(given))
+            folders = _folders(given)
+            description = description_for(meant, components.get(meant.component), around, folders)
+            whole = with_absolute_values(change, description, folders)
             found.append((place, _meant(whole), whole))
         except BadMessage as error:
             section.wrong(".".join((place, *error.where[2:])), error.why)

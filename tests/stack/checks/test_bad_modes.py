@@ -118,6 +118,40 @@ def test_a_class_that_a_mode_swaps_in_may_take_what_the_stacks_class_does_not(tm
     assert found.field == "modes.later.0.parameters.layot"
 
 
+DRIVE = "class: 'tests.stack.parts:Drive', parameters: {top_speed: 5.0, speed: 3.0, teeth: [8], gear_8: 2.0}"
+ADDED = f"modes:\n  night:\n    - {{change: add, component: drive, spec: {{{DRIVE}}}}}\n"
+SWAPPED = f"modes:\n  night:\n    - {{change: swap, {N}, {DRIVE}}}\n"
+SAME = "components:\n  drive: {class: 'tests.stack.parts:Drive', connect: {velocity: other}}\n"
+SAME_SWAPPED = f"modes:\n  night:\n    - {{change: swap, component: drive, {DRIVE.partition(', ')[2]}}}\n"
+OWN = GOOD.replace("components:\n", SAME).replace("topics:\n", "topics:\n  other: regraft/Twist\n")
+
+
+@pytest.mark.parametrize(
+    ("stack", "mode", "above"),
+    [(GOOD, ADDED, "spec."), (GOOD, SWAPPED, ""), (OWN, SAME_SWAPPED, "")],
+)
+def test_a_class_is_judged_by_what_its_mode_gives_it(tmp_path: Path, stack: str, mode: str, above: str) -> None:
+    load(write(tmp_path, stack + mode))
+    for right, wrong, name, problem in (
+        ("speed: 3.0", "speed: 6.0", "speed", "6.0: must be at most 5.0"),
+        ("gear_8: ", "gear_9: ", "gear_9", "did you mean 'gear_8'?"),
+        ("teeth: [8], gear_8: 2.0", "teeth: [0]", "teeth.0", "0: must be at least 1"),
+    ):
+        text = stack + mode.replace(right, wrong)
+        (found,) = problems(tmp_path, text)
+        assert (found.field, found.line) == (f"modes.night.0.{above}parameters.{name}", line_of(text, wrong))
+        assert problem in found.problem
+
+
+def test_the_module_of_a_device_that_a_mode_names_is_tried_first(tmp_path: Path) -> None:
+    (tmp_path / "leaving_device.py").write_text("import os\nos._exit(3)\n")
+    robots = "[{name: a, model: a.xml, devices: [{name: lidar, class: 'leaving_device:Lidar'}]}]"
+    spec = f"{{class: 'tests.stack.parts:Fleet', parameters: {{robots: {robots}}}}}"
+    (found,) = problems(tmp_path, f"{GOOD}modes:\n  night:\n    - {{change: add, component: fleet, spec: {spec}}}\n")
+    assert found.field == "modes.night.0.spec.parameters.robots.0.devices.0.class"
+    assert "leaving_device" in found.problem
+
+
 def test_a_mistake_in_the_mode_of_a_robots_file_is_told_there(tmp_path: Path) -> None:
     robot = ROBOT.replace("max_velocity: 0.1}", "max_velocty: 0.1}")
     found = problems_of(rovers(tmp_path, robot=robot))

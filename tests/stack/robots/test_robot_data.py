@@ -81,6 +81,31 @@ def test_a_limit_is_the_robots_and_keeps_the_default(tmp_path: Path) -> None:
         apply_overrides(found, ["navigator.max_velocity=0.51"])
 
 
+PURSUIT = "class: 'regraft.services.navigator.pursuit_navigator:PursuitNavigator', parameters: {max_velocity: SPEED}"
+SWAPPED = f"{{change: swap, component: navigator, {PURSUIT}}}"
+ADDED = f"{{change: add, component: spare, spec: {{{PURSUIT}}}}}"
+ADDED_TO_RIGHT = ADDED.replace("spare", "right.spare")
+
+
+@pytest.mark.parametrize(
+    ("text", "change", "place"),
+    [(SINGLE, SWAPPED, "parameters"), (SINGLE, ADDED, "spec.parameters"), (TWO, ADDED_TO_RIGHT, "spec.parameters")],
+)
+def test_a_class_that_a_mode_gives_has_the_limits_of_its_robot(
+    tmp_path: Path, text: str, change: str, place: str
+) -> None:
+    mode = f"{text}modes:\n  quick:\n    - {change}\n"
+    assert list(stack(tmp_path, mode.replace("SPEED", "0.4")).architecture.modes) == ["quick"]
+    told = f"stack.yaml:{mode.count(chr(10))}: modes.quick.0.{place}.max_velocity: 0.51: must be at most 0.5 m/s"
+    assert told in refusal(tmp_path, mode.replace("SPEED", "0.51"))
+
+
+def test_a_class_that_a_mode_adds_drives_no_faster_than_a_slow_robot(tmp_path: Path) -> None:
+    mode = f"{SINGLE}modes:\n  quick:\n    - {ADDED.replace('SPEED', '0.2')}\n"
+    slow = ROBOT.replace("max_velocity: 0.5", "max_velocity: 0.1")
+    assert "0.2: must be at most 0.1 m/s" in refusal(tmp_path, mode, slow)
+
+
 def test_a_robot_that_lacks_what_a_component_takes_is_refused_by_its_file(tmp_path: Path) -> None:
     told = refusal(tmp_path, SINGLE, ROBOT.replace("turning_room: 0.4", "turning_rom: 0.4"))
     expected = (
