@@ -272,6 +272,14 @@ def test_a_run_of_which_a_process_crashed_is_not_made_again_and_named_by_that(tm
     assert (attempt.outcome, attempt.cause, attempt.component) == (Outcome.FAILED, "ended", "counter")
 
 
+def test_a_run_with_faults_on_a_schedule_is_kept_and_repeated(tmp_path: Path) -> None:
+    for out in (tmp_path / "one", tmp_path / "other"):
+        assert run(out, "--runs", "1", "--definitions", "disturbed")[0] == 0
+    about = json.loads((tmp_path / "one" / "runs" / "killed" / "001" / "run.json").read_text())
+    assert about["closing"]["restarts"] == 1
+    assert contents(tmp_path / "one") == contents(tmp_path / "other")
+
+
 @pytest.mark.parametrize(
     ("options", "told"),
     [

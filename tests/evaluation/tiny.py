@@ -39,6 +39,12 @@ def crashing(seed: int) -> dict[str, Any]:
     return {"components": {"counter": {"parameters": {"ends_at": 20}, "restart": {"limit": 0}}}}
 
 
+def disturbed(seed: int) -> dict[str, Any]:
+    """Return what ends a listener by a schedule."""
+    listener = {"class": "tests.evaluation.tiny_parts:Listener"}
+    return {"components": {"listener": listener}, "faults": [{"at": 1, "component": "listener", "kind": "kill"}]}
+
+
 ADDITIONS = {
     "components": {
         "rows": {"class": "tests.evaluation.tiny_parts:CountRecorder", "parameters": {"file": "$RUN/rows.csv"}}
@@ -53,6 +59,7 @@ STUDY = Study(
             Configuration("slow", "one at a time", partial(stride, by=1.0)),
             Configuration("fast", "two at a time", partial(stride, by=2.0)),
         ),
+        "disturbed": (Configuration("killed", "has a listener that a schedule ends", disturbed),),
         "deadly": (Configuration("crashing", "ends its own process", crashing),),
         "hard": (Configuration("breaking", "cannot be run with even seeds", broken),),
     },

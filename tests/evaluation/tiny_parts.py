@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from regraft import Input, Output, Parameter
+from regraft import Component, Input, Output, Parameter
 from regraft.bus_schema.messages.geometry import Twist, Vector3
 from regraft.evaluation.rows import Cell, RowRecorder
 from regraft.lockstep.source import TimeSource
@@ -26,6 +26,12 @@ class Counter(TimeSource):
             os._exit(3)
         worked = sum(range(WORK)) * 0
         self.count.publish(Twist(Vector3(worked + self.kit.seed + self.stride * tick / 3.0)))
+
+
+class Listener(Component):
+    """Hears the numbers."""
+
+    count = Input(Twist)
 
 
 class CountRecorder(RowRecorder):

@@ -1,0 +1,45 @@
+"""The folder of a run holds what is kept of it, and a run that cannot be kept is told with its causes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from regraft.evaluation.runs.fingerprint import Fingerprint
+from regraft.evaluation.runs.run_directory import BadRun, Plan, complete
+from tests.evaluation.tiny import STUDY
+
+MADE_OF = Fingerprint("a" * 64, {}, "b" * 64, "c" * 64, 1, 4.0)
+CLOSING = {"system": "tiny", "reproducible": True, "restarts": 0, "causes": []}
+ENDED = {"code": "ended", "component": "counter", "text": "counter ended"}
+ROWS = "".join(f"{number},{number}\n" for number in range(1, 5))
+
+
+def plan() -> Plan:
+    return Plan(STUDY.name, "plain", STUDY.configurations["plain"][0], 1, 1, 4.0, STUDY.stack, (STUDY.additions,))
+
+
+def finished(home: Path, rows: str = ROWS) -> Path:
+    """Make the folder of a run that has just ended."""
+    (home / "tiny" / "logs").mkdir(parents=True)
+    (home / "tiny" / "rows.csv").write_text(f"time,number\n{rows}")
+    return home
+
+
+def causes(home: Path, closing: Mapping[str, Any]) -> list[str]:
+    """Return the codes of the causes by which a run is not kept."""
+    with pytest.raises(BadRun) as failed:
+        complete(plan(), home, closing, MADE_OF)
+    return [cause.code for cause in failed.value.causes]
+
+
+def test_a_run_whose_parts_a_schedule_ended_is_kept(tmp_path: Path) -> None:
+    complete(plan(), finished(tmp_path), CLOSING | {"restarts": 3}, MADE_OF)
+    assert (tmp_path / "run.json").is_file()
+
+
+def test_a_run_whose_parts_ended_by_themselves_is_not_kept(tmp_path: Path) -> None:
+    assert causes(finished(tmp_path), CLOSING | {"restarts": 1, "causes": [ENDED]}) == ["ended"]
