@@ -214,17 +214,29 @@ def test_a_run_beside_busy_loops_does_not_fail_and_is_the_one_made_alone(whole: 
     assert contents(tmp_path).items() - contents(whole).items() == set()
 
 
+def progress_of(stack: Path, out: Path) -> set[str]:
+    """Run the study's first run with another stack file; return how far it was seen to be."""
+    study = replace(STUDY_OF_TINY, stack=stack)
+    wanted = Wanted(study, "plain", tuple(study.configurations["plain"][:1]), 1, 1, study.seconds)
+    campaign, seen = Campaign(wanted, out), set[str]()
+    with campaign.opened(resume=False):
+        campaign.run(lambda progress: seen.update(progress.running), lambda _: None)
+    assert len(campaign.results().runs) == 1
+    return seen & {f"slow/001 at {second} s" for second in range(1, 5)}
+
+
 def test_a_run_is_watched_by_its_rows_also_where_the_stack_has_its_name_from_another_file(tmp_path: Path) -> None:
     shutil.copy(ROOT / "tests" / "evaluation" / "tiny.yaml", tmp_path)
     including = tmp_path / "including.yaml"
     including.write_text("include: [tiny.yaml]\n")
-    study = replace(STUDY_OF_TINY, stack=including)
-    wanted = Wanted(study, "plain", tuple(study.configurations["plain"][:1]), 1, 1, study.seconds)
-    campaign, seen = Campaign(wanted, tmp_path / "out"), set[str]()
-    with campaign.opened(resume=False):
-        campaign.run(lambda progress: seen.update(progress.running), lambda _: None)
-    assert len(campaign.results().runs) == 1
-    assert seen & {f"slow/001 at {second} s" for second in range(1, 5)}
+    assert progress_of(including, tmp_path / "out")
+
+
+def test_a_run_is_watched_by_its_rows_whichever_system_the_user_has_chosen(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("REGRAFT_SYSTEM", "elsewhere")
+    assert progress_of(STUDY_OF_TINY.stack, tmp_path)
 
 
 def test_a_campaign_ends_where_what_its_runs_are_made_of_changes(

@@ -15,10 +15,10 @@ from typing import Any, Final
 from regraft.evaluation.rows import ends_with_last_row
 from regraft.evaluation.runs.attempts import FAILED, NOT_STARTED, STALLED, Cause, causes_in, error_in, told
 from regraft.evaluation.runs.fingerprint import Fingerprint
+from regraft.evaluation.runs.own_up import up_command, up_environment
 from regraft.evaluation.runs.run_directory import ROWS, BadRun, Plan
 from regraft.patience import Patience
 from regraft.process.forked import die_with_parent
-from regraft.process.own_python import own_environment, own_python
 
 STARTED_TIMEOUT: Final = 90.0
 STALLED_TIMEOUT: Final = 60.0
@@ -47,8 +47,7 @@ class RunProcess:
         self._size = 0
         self._stuck: Cause | None = None
         self._rows = home / plan.system / ROWS
-        command = own_python("-m", "regraft.cli", "up", str(stack), "--headless", "--json", "--speed", "max")
-        command += ["--seed", str(plan.seed), "--for", f"{plan.seconds:g}"]
+        command = up_command(stack, plan.seed, "--for", f"{plan.seconds:g}")
         parent = os.getpid()
         with (home / SAID).open("w") as said, (home / COMPLAINED).open("w") as complained:
             # Interrupts of the terminal are the campaign's alone; killed, it leaves nothing behind.
@@ -57,7 +56,7 @@ class RunProcess:
                 stdin=subprocess.DEVNULL,
                 stdout=said,
                 stderr=complained,
-                env={**own_environment(), "REGRAFT_HOME": str(home)},
+                env=up_environment(home),
                 start_new_session=True,
                 preexec_fn=lambda: die_with_parent(parent),
             )

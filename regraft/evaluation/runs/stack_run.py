@@ -11,8 +11,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from regraft import run_directory
+from regraft.evaluation.runs.own_up import up_command, up_environment
 from regraft.patience import Patience
-from regraft.process.own_python import own_environment, own_python
 
 STARTED_TIMEOUT = 60.0
 END_TIMEOUT = 30.0
@@ -29,8 +29,7 @@ def running(stack: Path, seed: int, home: Path, options: tuple[str, ...] = ()) -
 
     Its closing line is its output. At the end it is interrupted if it still runs, and killed if that takes too long.
     """
-    command = own_python("-m", "regraft.cli", "up", str(stack), "--headless", "--json", "--speed", "max")
-    command += ["--seed", str(seed), "--set", "gateway.port=0", *options]
+    command = up_command(stack, seed, "--set", "gateway.port=0", *options)
     os.environ["REGRAFT_HOME"] = str(home)
     home.mkdir(parents=True, exist_ok=True)
     with (home / "up.log").open("w") as errors:
@@ -40,7 +39,7 @@ def running(stack: Path, seed: int, home: Path, options: tuple[str, ...] = ()) -
             stderr=errors,
             text=True,
             stdin=subprocess.DEVNULL,
-            env=own_environment(),
+            env=up_environment(home),
         )
     try:
         yield process
