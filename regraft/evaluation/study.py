@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from regraft.bus_schema.model.adaptation import AdaptationReport
 from regraft.evaluation.rows import Rows
+from regraft.stack.yaml.document import read_map
+from regraft.stack.yaml.nodes import plain
 
 Changes = Mapping[str, Any]
 """The differences to a stack file: maps are merged with the file's, everything else takes its place."""
@@ -43,9 +43,9 @@ def variant(file: Path, stack: str = "stack.yaml") -> Changes:
     """Return what a stack file has different from ``stack`` of its folder, with the files that it includes.
 
     Raises:
-        OSError: a file cannot be read.
+        StackError: a file cannot be read.
     """
-    document = yaml.safe_load(file.read_text(encoding="utf-8"))
+    document = plain(read_map(file))
     included = [variant(file.parent / each, stack) for each in document.pop("include", ()) if each != stack]
     return joined(*included, document)
 

@@ -19,8 +19,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-import yaml
-
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import SchemaError
 from regraft.bus_schema.model.adaptation import AdaptationReport
@@ -38,6 +36,9 @@ from regraft.evaluation.runs.fingerprint import (
 from regraft.evaluation.runs.folder_lock import LOCK
 from regraft.evaluation.study import Changes, Configuration, RunRecord, Timing
 from regraft.stack import plain_document
+from regraft.stack.yaml.document import read_map
+from regraft.stack.yaml.dump import dumped
+from regraft.stack.yaml.nodes import plain
 
 AS_RUN: Final = "as_run.yaml"
 STACK, ROWS, ADAPTATIONS, TIMING, RUN = "stack", "rows.csv", "adaptations.csv", "timing.csv", "run.json"
@@ -79,8 +80,12 @@ class Plan:
         return str(self._changed(plain_document(self.stack)).get("system", ""))
 
     def document(self) -> dict[str, Any]:
-        """Return the stack file with all that is different; what it includes stays in files of its own."""
-        return self._changed(yaml.safe_load(self.stack.read_text()))
+        """Return the stack file with all that is different; what it includes stays in files of its own.
+
+        Raises:
+            StackError: the file cannot be read.
+        """
+        return self._changed(plain(read_map(self.stack)))
 
     def _changed(self, document: dict[str, Any]) -> dict[str, Any]:
         for changes in self.changes:
@@ -119,7 +124,7 @@ def prepare(plan: Plan, home: Path) -> Path:
         shutil.rmtree(home)
     shutil.copytree(plan.stack.parent, home / STACK, ignore=_left_out)
     file = home / STACK / AS_RUN
-    file.write_text(yaml.safe_dump(plan.document(), sort_keys=False, width=120))
+    file.write_text(dumped(plan.document()))
     return file
 
 

@@ -9,7 +9,9 @@ from typing import Any
 import pytest
 
 from regraft.evaluation.runs.fingerprint import Fingerprint
-from regraft.evaluation.runs.run_directory import BadRun, Plan, complete
+from regraft.evaluation.runs.run_directory import BadRun, Plan, complete, prepare
+from regraft.evaluation.study import Changes, variant
+from regraft.stack import plain_document
 from tests.evaluation.tiny import STUDY
 
 MADE_OF = Fingerprint("a" * 64, {}, "b" * 64, "c" * 64, 1, 4.0)
@@ -18,8 +20,21 @@ ENDED = {"code": "ended", "component": "counter", "text": "counter ended"}
 ROWS = "".join(f"{number},{number}\n" for number in range(1, 5))
 
 
-def plan() -> Plan:
-    return Plan(STUDY.name, "plain", STUDY.configurations["plain"][0], 1, 1, 4.0, STUDY.stack, (STUDY.additions,))
+SCALARS = """\
+system: scalars
+components:
+  lamp:
+    command: [lamp, on, off, 12:30, 1_000, 010, 0o17, 0x1F, 1e-3, .5, '1e5', '0o17', '.inf', "null", 'on', 2026-11-30]
+    parameters: {low: 1e-3, large: 1e300, text: '1e5', far: '1e999', empty: '', nothing: null, lines: "a\\n1\\n", yes: no}
+modes:
+  on: [{change: set_parameters, component: lamp, parameters: {text: y}}]
+  off: [{change: set_parameters, component: lamp, parameters: {text: 'true'}}]
+"""
+"""Scalars that other versions of YAML read otherwise."""
+
+
+def plan(stack: Path = STUDY.stack, changes: Changes = STUDY.additions) -> Plan:
+    return Plan(STUDY.name, "plain", STUDY.configurations["plain"][0], 1, 1, 4.0, stack, (changes,))
 
 
 def finished(home: Path, rows: str = ROWS) -> Path:
@@ -43,3 +58,13 @@ def test_a_run_whose_parts_a_schedule_ended_is_kept(tmp_path: Path) -> None:
 
 def test_a_run_whose_parts_ended_by_themselves_is_not_kept(tmp_path: Path) -> None:
     assert causes(finished(tmp_path), CLOSING | {"restarts": 1, "causes": [ENDED]}) == ["ended"]
+
+
+def test_a_stack_is_run_as_its_file_means_it(tmp_path: Path) -> None:
+    file = tmp_path / "stack" / "stack.yaml"
+    file.parent.mkdir()
+    file.write_text(SCALARS)
+    whole = plain_document(file)
+    assert whole["components"]["lamp"]["command"][:5] == ["lamp", "on", "off", "12:30", "1_000"]
+    assert plain_document(prepare(plan(file, {}), tmp_path / "run")) == whole
+    assert plain_document(prepare(plan(STUDY.stack, variant(file)), tmp_path / "changed"))["modes"] == whole["modes"]
