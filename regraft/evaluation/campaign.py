@@ -25,6 +25,8 @@ from regraft.evaluation.runs.provenance import provenance
 from regraft.evaluation.runs.run_directory import BadRun, Plan, complete, fingerprint_of, prepare, read_run, renderer_of
 from regraft.evaluation.runs.run_process import RunProcess
 from regraft.evaluation.study import Configuration, Failure, Results, RunRecord, Study
+from regraft.stack.assembly.assemble import assemble
+from regraft.stack.classes import look_in
 from regraft.whole_files import write_whole
 
 RUNS, WORK, FAILED, ABOUT = "runs", "work", "failed", "campaign.json"
@@ -138,6 +140,7 @@ class Campaign:
         Raises:
             BadCampaign: another campaign has the folder; there are runs already and they are not to be continued, or
                 they are made of something else; or there is nothing to report.
+            StackError: the stack cannot be read.
             NoRoom: the folder cannot be written.
         """
         with ExitStack() as hold:
@@ -155,6 +158,9 @@ class Campaign:
             raise _no_room(self.folder, error) from None
 
     def _take(self, *, resume: bool, report_only: bool) -> None:
+        # A run finds the modules of the stack's own as this process does: its copy of the folder has no code.
+        for folder in assemble(self.wanted.study.stack).folders:
+            look_in(folder)
         about, path = self.wanted.about(), self.folder / ABOUT
         before = _read_about(path)
         if before is None and report_only:

@@ -35,6 +35,7 @@ from regraft.evaluation.results.table import table_text
 from regraft.evaluation.runs.run_directory import BadRun
 from regraft.evaluation.study import Configuration, Study
 from regraft.process.trial.trial_import import check_imports
+from regraft.stack.classes import look_in
 
 REPORT, RESULTS = "report.md", "results.csv"
 
@@ -99,6 +100,7 @@ def run(
     """
     # The end of the campaign, by a signal too, ends the runs that are under way.
     signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
+    look_in(Path.cwd())
     check_imports([study.partition(":")[0]] if ":" in study else [], complain)
     try:
         found = find_study(study)

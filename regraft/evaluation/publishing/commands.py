@@ -27,6 +27,7 @@ from regraft.evaluation.results.recording import result_table
 from regraft.evaluation.results.table import BadTable, ResultTable, read_table, table_text
 from regraft.evaluation.runs.run_directory import BadRun
 from regraft.evaluation.study import Results, Study
+from regraft.stack.classes import look_in
 from regraft.whole_files import write_whole
 
 
@@ -108,6 +109,7 @@ def _claim_document(claim: Claim, found: Claims) -> dict[str, object]:
 
 
 def _study(name: str) -> Study:
+    look_in(Path.cwd())
     try:
         return find_study(name)
     except NoSuchStudy as error:
@@ -133,7 +135,7 @@ def verify_results(
         if out is not None and out.exists() and not (out.is_dir() and not any(out.iterdir())):
             raise BadInput(f"--out: {out} is there already: name another folder")
         with tempfile.TemporaryDirectory(prefix="regraft-verify-") as temporary:
-            differing = verify(rows, (out or Path(temporary)).resolve(), say, find_study(study) if study else None)
+            differing = verify(rows, (out or Path(temporary)).resolve(), say, _study(study) if study else None)
     except (BadTable, NoSuchStudy) as error:
         raise BadInput(str(error)) from None
     except (NoRoom, CodeChanged, BadRun) as error:

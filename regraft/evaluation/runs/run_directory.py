@@ -10,6 +10,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import os
 import shutil
 import sqlite3
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -24,6 +25,7 @@ from regraft.bus_schema.errors import SchemaError
 from regraft.bus_schema.model.adaptation import AdaptationReport
 from regraft.evaluation.rows import TIME, Rows, read_rows, written
 from regraft.evaluation.runs.attempts import FAILED, INCOMPLETE, Cause, causes_in, told
+from regraft.evaluation.runs.elsewhere import document_of, lead_out, with_absolute
 from regraft.evaluation.runs.fingerprint import (
     Fingerprint,
     code_hash,
@@ -36,6 +38,7 @@ from regraft.evaluation.runs.fingerprint import (
 from regraft.evaluation.runs.folder_lock import LOCK
 from regraft.evaluation.study import Changes, Configuration, RunRecord, Timing
 from regraft.stack import plain_document
+from regraft.stack.assembly.assemble import assemble
 from regraft.stack.yaml.document import read_map
 from regraft.stack.yaml.dump import dumped
 from regraft.stack.yaml.nodes import plain
@@ -79,6 +82,11 @@ class Plan:
         """Return the name of its system, which an included stack file may have; empty without one."""
         return str(self._changed(plain_document(self.stack)).get("system", ""))
 
+    @property
+    def folder(self) -> Path:
+        """The folder of the stack file, from which its relative paths are looked for."""
+        return self.stack.resolve().parent
+
     def document(self) -> dict[str, Any]:
         """Return the stack file with all that is different; what it includes stays in files of its own.
 
@@ -94,7 +102,9 @@ class Plan:
 
     def fingerprint(self, hash_code: Callable[[Sequence[str]], str] = code_hash) -> Fingerprint:
         """Return the fingerprint of the run if it is made now; ``hash_code`` may remember what `code_hash` returns."""
-        document, folder = self._changed(plain_document(self.stack)), self.stack.resolve().parent
+        folder = self.folder
+        whole = self._changed(document_of(assemble(self.stack).document, folder))
+        document = with_absolute(whole, folder, folder, os.path.isfile)
         return Fingerprint(
             hash_code(packages_named(document)),
             versions(),
@@ -122,9 +132,10 @@ def prepare(plan: Plan, home: Path) -> Path:
     """Make the directory of a run that is to be made, in place of what is there; return the stack file to run."""
     if home.exists():
         shutil.rmtree(home)
-    shutil.copytree(plan.stack.parent, home / STACK, ignore=_left_out)
+    shutil.copytree(plan.folder, home / STACK, ignore=_left_out)
+    lead_out(plan.folder, home / STACK)
     file = home / STACK / AS_RUN
-    file.write_text(dumped(plan.document()))
+    file.write_text(dumped(with_absolute(plan.document(), plan.folder, plan.folder)))
     return file
 
 

@@ -25,7 +25,7 @@ system: scalars
 components:
   lamp:
     command: [lamp, on, off, 12:30, 1_000, 010, 0o17, 0x1F, 1e-3, .5, '1e5', '0o17', '.inf', "null", 'on', 2026-11-30]
-    parameters: {low: 1e-3, large: 1e300, text: '1e5', far: '1e999', empty: '', nothing: null, lines: "a\\n1\\n", yes: no}
+    parameters: {low: 1e-3, large: 1e300, text: '1e5', far: '1e999', empty: '', nothing: null, lines: "a\\n1\\n"}
 modes:
   on: [{change: set_parameters, component: lamp, parameters: {text: y}}]
   off: [{change: set_parameters, component: lamp, parameters: {text: 'true'}}]

@@ -1,0 +1,169 @@
+"""A run finds what its stack names outside of the stack's folder, and its fingerprint covers that."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from regraft.evaluation.campaign import Campaign, Wanted
+from regraft.evaluation.runs.run_directory import Plan, prepare
+from regraft.evaluation.study import Changes, Configuration
+from regraft.stack import load
+from tests.evaluation.app import command_line
+from tests.evaluation.tiny import STUDY as TINY
+
+BASE = """\
+clock: simulated
+topics: {odometry: regraft/Odometry}
+components:
+  chimes: {class: "tests.stack.parts:Signals", services: {honk: chimes}, parameters: {horn: chimes.wav}}
+"""
+ROBOT = """\
+include: [../common.yaml]
+model: rover.xml
+devices: {lidar: {class: "tests.stack.parts:Device", parameters: {beams: $beams}}}
+"""
+STACK = """\
+system: patrol
+include: [../../base.yaml, more/inside.yaml]
+world: ../../room.xml
+robot: ../../rover
+components:
+  world: {class: "tests.stack.parts:Fleet", parameters: {file: $world, robots: $robots}}
+  horns: {class: "tests.stack.parts:Signals", services: {honk: horns}, parameters: {horn: ../../horn.wav}}
+"""
+INSIDE = """\
+components:
+  bells: {class: "tests.stack.parts:Signals", services: {honk: bells}, parameters: {horn: ../../../horn.wav}}
+  birds: {class: "tests.stack.parts:Signals", services: {honk: birds}, parameters: {horn: ../song.wav}}
+  notes: {command: [notes, .., ../../nothing], managed: false}
+"""
+FILES = {
+    "base.yaml": BASE,
+    "chimes.wav": "a sound",
+    "room.xml": "<mujoco/>",
+    "horn.wav": "another sound",
+    "common.yaml": "parameters: {beams: 3}\n",
+    "rover/robot.yaml": ROBOT,
+    "rover/rover.xml": "<mujoco/>",
+    "stacks/patrol/stack.yaml": STACK,
+    "stacks/patrol/song.wav": "a song",
+    "stacks/patrol/more/inside.yaml": INSIDE,
+}
+
+
+def project(folder: Path) -> Path:
+    """Write a stack that shares files with others; return its file."""
+    for name, text in FILES.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text)
+    return folder / "stacks" / "patrol" / "stack.yaml"
+
+
+def plan(stack: Path, changes: Changes) -> Plan:
+    return Plan("patrols", "plain", Configuration("one", "the only one"), 1, 1, 4.0, stack, (changes,))
+
+
+def test_a_stack_that_names_files_outside_of_its_folder_is_run_as_it_is(tmp_path: Path) -> None:
+    stack = project(tmp_path)
+    (tmp_path / "stacks" / "other.wav").write_text("a third sound")
+    changes = {"components": {"bells": {"parameters": {"horn": "../other.wav"}}}}
+    home = tmp_path / "out" / "work" / "run"
+    made = load(prepare(plan(stack, changes), home)).architecture.components
+    found = load(stack).architecture.components
+    for name in ("world", "notes"):
+        assert made[name] == found[name]
+    horns = {name: Path(spec.parameters["horn"]).resolve() for name, spec in made.items() if "horn" in spec.parameters}
+    assert horns == {
+        "chimes": tmp_path / "chimes.wav",
+        "horns": tmp_path / "horn.wav",
+        "bells": tmp_path / "stacks" / "other.wav",
+        "birds": home / "stack" / "song.wav",
+    }
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("base.yaml", BASE.replace("simulated", "real")),
+        ("chimes.wav", "a sound of other chimes"),
+        ("room.xml", "<mujoco model='room'/>"),
+        ("horn.wav", "a sound of another horn"),
+        ("common.yaml", "parameters: {beams: 4}\n"),
+        ("rover/robot.yaml", ROBOT.replace("lidar", "sonar")),
+        ("rover/rover.xml", "<mujoco model='rover'/>"),
+    ],
+)
+def test_files_outside_of_the_folder_count_wherever_they_are(tmp_path: Path, name: str, text: str) -> None:
+    one, other = (plan(project(tmp_path / folder), {}) for folder in ("here", "there"))
+    before = one.fingerprint(lambda packages: "")
+    assert other.fingerprint(lambda packages: "") == before
+    (tmp_path / "there" / name).write_text(text)
+    assert other.fingerprint(lambda packages: "") != before
+
+
+STUDY = '''
+"""A study in the folder of its stack."""
+
+from pathlib import Path
+
+from regraft.evaluation.study import Configuration, Report, Study
+
+STUDY = Study(
+    "own",
+    "is it found?",
+    Path(__file__).with_name("stack.yaml"),
+    {"plain": (Configuration("one", "the only one"),)},
+    lambda results: Report(""),
+)
+'''
+OWN_PARTS = """
+from tests.evaluation.tiny_parts import Counter
+
+
+class OwnCounter(Counter):
+    "Counts, as a class of the stack's own."
+"""
+OWN_STACK = """\
+include: [../shared/base.yaml]
+components:
+  counter: {class: "own_parts_of_a_stack:OwnCounter"}
+"""
+
+
+def own(folder: Path) -> Path:
+    """Write a stack with modules of its own, and a study of it; return its file."""
+    shared, stack = folder / "shared", folder / "stack"
+    shared.mkdir()
+    stack.mkdir()
+    (shared / "base.yaml").write_text("system: own\nclock: simulated\ntopics: {count: regraft/Twist}\n")
+    (stack / "own_parts_of_a_stack.py").write_text(OWN_PARTS)
+    (stack / "own_study_of_a_stack.py").write_text(STUDY)
+    (stack / "stack.yaml").write_text(OWN_STACK)
+    return stack / "stack.yaml"
+
+
+def test_a_study_in_the_current_folder_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.chdir(own(tmp_path).parent)
+    for command, told in (
+        (["own_study_of_a_stack:STUDY", "--report-only"], "there is no campaign in"),
+        (["claims", "own_study_of_a_stack:STUDY"], "own has no claims"),
+    ):
+        done = CliRunner().invoke(command_line(), ["evaluate", *command])
+        assert (done.exit_code, told in done.output) == (2, True), done.output
+
+
+@pytest.mark.slow
+def test_a_stack_with_modules_of_its_own_is_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    study = replace(TINY, stack=own(tmp_path))
+    wanted = Wanted(study, "plain", study.configurations["plain"][:1], 1, 1, study.seconds)
+    campaign, said = Campaign(wanted, tmp_path / "out"), list[str]()
+    with campaign.opened(resume=False):
+        campaign.run(lambda progress: None, said.append)
+    assert len(campaign.results().runs) == 1, said
