@@ -276,9 +276,8 @@ class Campaign:
 
     def _check_unchanged(self, process: RunProcess, renderer: str) -> None:
         how = process.made_of.differences(process.plan.fingerprint())
-        kept = next((self.home(plan) for plan in self._reported() if self.home(plan).is_dir()), None)
-        before = renderer if kept is None else renderer_of(kept)  # all that are kept have one
-        if before != renderer:
+        before = self._renderer() if renderer else ""
+        if before not in ("", renderer):
             how.append(f"another renderer ({before} in other runs, {renderer} in this one)")
         if how:
             self._note(process, Outcome.INTERRUPTED)
@@ -286,6 +285,11 @@ class Campaign:
                 f"{process.plan.name} was made with {' and '.join(how)}: the campaign ends, since its runs would "
                 "differ; give it an installation of its own, and name the renderer by REGRAFT_RENDERER"
             )
+
+    def _renderer(self) -> str:
+        """Return the renderer of the runs that are kept, empty if none of them has drawn pictures."""
+        kept = (self.home(plan) for plan in self._reported() if self.home(plan).is_dir())
+        return next(filter(None, map(renderer_of, kept)), "")
 
     def _take_failure(self, process: RunProcess, error: BadRun, say: Say) -> None:
         plan, cause = process.plan, decisive(error.causes)

@@ -17,6 +17,7 @@ import pytest
 from typer.testing import CliRunner
 
 from regraft.evaluation.campaign import Campaign, Wanted
+from regraft.evaluation.results.table import read_table
 from regraft.evaluation.runs import run_process
 from regraft.evaluation.runs.attempts import AttemptLog, Outcome
 from regraft.evaluation.runs.fingerprint import SHOWN, code_hash
@@ -282,6 +283,14 @@ def test_a_run_of_which_a_process_crashed_is_not_made_again_and_named_by_that(tm
     assert "crashing/001, seed 1: FAILED: exit code 1: counter is quarantined; ended (counter): counter ended" in said
     (attempt,) = AttemptLog(tmp_path).read()
     assert (attempt.outcome, attempt.cause, attempt.component) == (Outcome.FAILED, "ended", "counter")
+
+
+def test_arms_with_and_without_pictures_are_of_one_study_and_those_of_other_renderers_are_not(tmp_path: Path) -> None:
+    seeing = ("--definitions", "seeing", "--runs", "1")
+    assert run(tmp_path, *seeing, "--configurations", "camera,lidar,stereo")[0] == 0
+    assert [each.renderer for each in read_table(tmp_path / "results.csv").rows] == ["ray", "", "ray"]
+    code, said = run(tmp_path, *seeing, "--configurations", "other", "--resume")
+    assert (code, "another renderer (ray in other runs, egl in this one)" in said) == (1, True)
 
 
 def test_a_run_with_faults_on_a_schedule_is_kept_and_repeated(tmp_path: Path) -> None:

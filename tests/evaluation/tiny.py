@@ -45,6 +45,12 @@ def disturbed(seed: int) -> dict[str, Any]:
     return {"components": {"listener": listener}, "faults": [{"at": 1, "component": "listener", "kind": "kill"}]}
 
 
+def painting(seed: int, renderer: str) -> dict[str, Any]:
+    """Return what has pictures drawn."""
+    painter = {"class": "tests.evaluation.tiny_parts:Painter", "parameters": {"renderer": renderer}}
+    return {"components": {"painter": painter}}
+
+
 ADDITIONS = {
     "components": {
         "rows": {"class": "tests.evaluation.tiny_parts:CountRecorder", "parameters": {"file": "$RUN/rows.csv"}}
@@ -60,6 +66,12 @@ STUDY = Study(
             Configuration("fast", "two at a time", partial(stride, by=2.0)),
         ),
         "disturbed": (Configuration("killed", "has a listener that a schedule ends", disturbed),),
+        "seeing": (
+            Configuration("camera", "drives by pictures", partial(painting, renderer="ray")),
+            Configuration("lidar", "drives without"),
+            Configuration("stereo", "drives by more pictures", partial(painting, renderer="ray")),
+            Configuration("other", "drives by other pictures", partial(painting, renderer="egl")),
+        ),
         "deadly": (Configuration("crashing", "ends its own process", crashing),),
         "hard": (Configuration("breaking", "cannot be run with even seeds", broken),),
     },

@@ -34,6 +34,16 @@ class Listener(Component):
     count = Input(Twist)
 
 
+class Painter(Component):
+    """Draws nothing, and tells by what."""
+
+    renderer = Parameter("", "what it tells")
+
+    def on_activate(self) -> None:
+        """Tell it."""
+        self.kit.set_status_text("paints", renderer=self.renderer)
+
+
 class CountRecorder(RowRecorder):
     """Writes down the number, and how many have come in the second."""
 

@@ -99,7 +99,7 @@ def runs_of(results: ResultTable) -> str:
 def _made_with(runs: Sequence[ResultRow]) -> list[str]:
     return [
         ", ".join(dict.fromkeys(f"`{row.code[:12]}`" for row in runs)),
-        ", ".join(dict.fromkeys(row.renderer or UNKNOWN for row in runs)),
+        ", ".join(dict.fromkeys(row.renderer for row in runs if row.renderer)) or UNKNOWN,
         "; ".join(f"`{versions}`" for versions in dict.fromkeys(row.versions for row in runs)),
     ]
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from regraft.evaluation.results.table import BadTable, ResultTable
 
-OF_ALL = ("study", "definitions", "seconds", "code", "renderer")
-"""The columns in which all runs of a campaign are equal."""
+OF_ALL = ("study", "definitions", "seconds", "code")
+"""The columns in which all runs of a campaign are equal; so is the renderer of those that have one."""
 
 
 def joined(tables: Sequence[ResultTable]) -> ResultTable:
@@ -17,16 +17,16 @@ def joined(tables: Sequence[ResultTable]) -> ResultTable:
     """
     first = tables[0]
     origin: dict[tuple[str, int], str] = {}
+    known: dict[str, tuple[object, str]] = {}
     for table in tables:
         if table.measures != first.measures:
             raise BadTable(f"{table.file}: its measures are not those of {first.file}")
         for row in table.rows:
-            for column in OF_ALL:
-                was, is_now = getattr(first.rows[0], column), getattr(row, column)
+            for column in (*OF_ALL, *(["renderer"] if row.renderer else [])):
+                is_now = getattr(row, column)
+                was, file = known.setdefault(column, (is_now, table.file))
                 if was != is_now:
-                    raise BadTable(
-                        f"{table.file}: {column}: is {is_now!r}, in {first.file} {was!r}: a campaign has one"
-                    )
+                    raise BadTable(f"{table.file}: {column}: is {is_now!r}, in {file} {was!r}: a campaign has one")
             place = (row.configuration, row.seed)
             if place in origin:
                 raise BadTable(f"{table.file}: {row.configuration} with seed {row.seed} is in {origin[place]}, too")

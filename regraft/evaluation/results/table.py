@@ -184,11 +184,13 @@ def _check_unique(file: Path, rows: Sequence[ResultRow]) -> None:
 
 
 def _check_one(file: Path, rows: Sequence[ResultRow]) -> None:
-    """Refuse a table of runs that cannot be compared."""
+    """Refuse a table of runs that cannot be compared. Runs without pictures have no renderer, and go with any."""
+    known: dict[str, tuple[object, int]] = {}
     for number, row in enumerate(rows, start=2):
-        for column in ("study", "definitions", "seconds", "renderer"):
-            was, is_now = getattr(rows[0], column), getattr(row, column)
+        for column in ("study", "definitions", "seconds", *(["renderer"] if row.renderer else [])):
+            is_now = getattr(row, column)
+            was, line = known.setdefault(column, (is_now, number))
             if was != is_now:
-                raise BadTable(f"{file}:{number}: {column}: is {is_now!r}, in line 2 {was!r}: a table has one")
+                raise BadTable(f"{file}:{number}: {column}: is {is_now!r}, in line {line} {was!r}: a table has one")
         if not 1.0 <= row.seconds <= LONGEST_RUN:
             raise BadTable(f"{file}:{number}: seconds: is {row.seconds:g}, must be from 1 to {LONGEST_RUN:g}")

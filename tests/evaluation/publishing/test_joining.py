@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from regraft.evaluation.results.table import ResultRow, ResultTable, read_table, table_text
+from regraft.evaluation.results.joining import joined
+from regraft.evaluation.results.table import BadTable, ResultRow, ResultTable, read_table, table_text
 from tests.evaluation.publishing.test_table import row
 from tests.support.commands import run
 
@@ -31,6 +32,17 @@ def test_parts_of_a_campaign_become_one_table_by_scenario_and_arm(tmp_path: Path
     ]
 
 
+def test_parts_with_and_without_pictures_become_one_table(tmp_path: Path) -> None:
+    tables = [
+        ResultTable(("reached",), (replace(row(seed, arm), renderer=renderer),), f"{arm}.csv")
+        for seed, (arm, renderer) in enumerate((("lidar", ""), ("camera", "rays"), ("sonar", "")))
+    ]
+    assert {each.arm: each.renderer for each in joined(tables).rows} == {"lidar": "", "camera": "rays", "sonar": ""}
+    other = ResultTable(("reached",), (replace(row(9), renderer="egl"),), "other.csv")
+    with pytest.raises(BadTable, match=r"renderer: is 'egl', in camera\.csv 'rays'"):
+        joined([*tables, other])
+
+
 @pytest.mark.parametrize(
     ("second", "told"),
     [
@@ -38,6 +50,7 @@ def test_parts_of_a_campaign_become_one_table_by_scenario_and_arm(tmp_path: Path
         (replace(row(2), code="other"), "code: is 'other'"),
         (replace(row(2), seconds=8.0), "seconds: is 8.0"),
         (replace(row(2), study="great"), "study: is 'great'"),
+        (replace(row(2), renderer="egl"), "renderer: is 'egl'"),
     ],
 )
 def test_parts_that_do_not_fit_are_refused_and_nothing_is_written(tmp_path: Path, second: ResultRow, told: str) -> None:

@@ -85,6 +85,19 @@ def test_runs_that_cannot_be_compared_are_refused(tmp_path: Path) -> None:
             read_table(file)
 
 
+@pytest.mark.parametrize("renderers", [("", "ray", "ray"), ("ray", "", "ray"), ("", "", "")])
+def test_runs_without_pictures_are_compared_with_any(tmp_path: Path, renderers: tuple[str, ...]) -> None:
+    file = tmp_path / "results.csv"
+    rows = tuple(replace(row(seed), renderer=renderer) for seed, renderer in enumerate(renderers))
+    file.write_text(table_text(ResultTable(("reached",), rows)))
+    assert [each.renderer for each in read_table(file).rows] == list(renderers)
+    file.write_text(
+        table_text(ResultTable(("reached",), (*rows, replace(row(8), renderer="ray"), replace(row(9), renderer="egl"))))
+    )
+    with pytest.raises(BadTable, match=r":6: renderer: is 'egl', in line . 'ray': a table has one"):
+        read_table(file)
+
+
 def test_a_byte_order_mark_is_no_part_of_a_column(tmp_path: Path) -> None:
     file = tmp_path / "results.csv"
     file.write_text(table_text(ResultTable(("reached",), (row(),))), encoding="utf-8-sig")
