@@ -393,4 +393,7 @@ def write_files(folder: Path, files: Sequence[tuple[str, bytes]]) -> None:
 
 
 def _no_room(folder: Path, error: OSError) -> NoRoom:
+    if isinstance(error, shutil.Error):  # of all files that could not be copied
+        source, _, why = error.args[0][0]
+        return NoRoom(f"cannot copy {source}: {why}; what was finished is kept")
     return NoRoom(f"cannot write {error.filename or folder}: {error.strerror}; what was finished is kept")

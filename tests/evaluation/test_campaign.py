@@ -343,6 +343,14 @@ def test_without_room_it_says_so_and_leaves_no_half_of_a_table(tmp_path: Path) -
     assert not (tmp_path / "report.md").exists()
 
 
+def test_a_stack_that_cannot_be_copied_is_told_by_its_file(tmp_path: Path) -> None:
+    process = started(tmp_path, "--runs", "1", limit=130)
+    _, complaints = process.communicate(timeout=2 * PATIENCE)
+    assert process.returncode == 1
+    assert "tiny.yaml" in complaints
+    assert "None" not in complaints
+
+
 def test_a_run_ends_with_the_last_row_of_a_recorder_that_may_end(tmp_path: Path) -> None:
     study = "tests.evaluation.tiny:ENDING"
     for out in (tmp_path / "one", tmp_path / "other"):

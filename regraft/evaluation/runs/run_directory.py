@@ -140,9 +140,11 @@ def prepare(plan: Plan, home: Path) -> Path:
 
 
 def _left_out(folder: str, names: list[str]) -> set[str]:
-    """Return what a run does not take along: code, and campaigns that are next to the stack."""
-    campaigns = {name for name in names if (Path(folder) / name / LOCK).is_file()}
-    return campaigns | shutil.ignore_patterns("*.py", "__pycache__", "*.pyc")(folder, names)
+    """Return what a run does not take along: code, campaigns that are next to the stack, and what is no file."""
+    inside = Path(folder)
+    campaigns = {name for name in names if (inside / name / LOCK).is_file()}
+    special = {name for name in names if not ((inside / name).is_dir() or (inside / name).is_file())}
+    return campaigns | special | shutil.ignore_patterns("*.py", "__pycache__", "*.pyc")(folder, names)
 
 
 def complete(plan: Plan, home: Path, closing: Mapping[str, Any], made_of: Fingerprint) -> None:
@@ -162,8 +164,13 @@ def complete(plan: Plan, home: Path, closing: Mapping[str, Any], made_of: Finger
         raise BadRun(f"it cannot be repeated: {told(causes)}", causes)
     if closing.get("restarts") and causes:  # a schedule may end parts, too: that is no cause
         raise BadRun(f"parts had to be restarted, {closing['restarts']} times: {told(causes)}", causes)
-    rows = read_rows(system / ROWS)
-    last = rows.number(TIME)[-1] if len(rows) else 0.0
+    try:
+        rows = read_rows(system / ROWS)
+        if len(rows) and TIME not in rows.names():
+            raise ValueError(f"{ROWS} has no column {TIME!r}")
+        last = rows.number(TIME)[-1] if len(rows) else 0.0
+    except ValueError as error:  # a row that was written in part, as on a disk that was full for a moment
+        raise BadRun(str(error), [Cause(INCOMPLETE, "", str(error))]) from None
     wanted = last if rows.are_over else plan.seconds
     if last < wanted - 1.5:
         text = f"the rows end at {last:g} s of {plan.seconds:g} s"

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from regraft.evaluation.runs.attempts import INCOMPLETE
 from regraft.evaluation.runs.fingerprint import Fingerprint
 from regraft.evaluation.runs.run_directory import BadRun, Plan, complete, prepare
 from regraft.evaluation.study import Changes, variant
@@ -17,6 +19,7 @@ from tests.evaluation.tiny import STUDY
 MADE_OF = Fingerprint("a" * 64, {}, "b" * 64, "c" * 64, 1, 4.0)
 CLOSING = {"system": "tiny", "reproducible": True, "restarts": 0, "causes": []}
 ENDED = {"code": "ended", "component": "counter", "text": "counter ended"}
+HEADER = "time,number\n"
 ROWS = "".join(f"{number},{number}\n" for number in range(1, 5))
 
 
@@ -37,10 +40,10 @@ def plan(stack: Path = STUDY.stack, changes: Changes = STUDY.additions) -> Plan:
     return Plan(STUDY.name, "plain", STUDY.configurations["plain"][0], 1, 1, 4.0, stack, (changes,))
 
 
-def finished(home: Path, rows: str = ROWS) -> Path:
+def finished(home: Path, rows: str = HEADER + ROWS) -> Path:
     """Make the folder of a run that has just ended."""
     (home / "tiny" / "logs").mkdir(parents=True)
-    (home / "tiny" / "rows.csv").write_text(f"time,number\n{rows}")
+    (home / "tiny" / "rows.csv").write_text(rows)
     return home
 
 
@@ -68,3 +71,23 @@ def test_a_stack_is_run_as_its_file_means_it(tmp_path: Path) -> None:
     assert whole["components"]["lamp"]["command"][:5] == ["lamp", "on", "off", "12:30", "1_000"]
     assert plain_document(prepare(plan(file, {}), tmp_path / "run")) == whole
     assert plain_document(prepare(plan(STUDY.stack, variant(file)), tmp_path / "changed"))["modes"] == whole["modes"]
+
+
+def test_what_is_no_file_beside_a_stack_is_left_out(tmp_path: Path) -> None:
+    folder = tmp_path / "stack"
+    folder.mkdir()
+    (folder / "stack.yaml").write_text(SCALARS)
+    (folder / "missions").mkdir()
+    (folder / "missions" / "main.xml").write_text("<root/>")
+    (folder / "linked").symlink_to("missions")
+    (folder / ".#stack.yaml").symlink_to("nobody@nowhere.1:1")  # as an editor has it while there are changes
+    os.mkfifo(folder / "missions" / "queue")
+    prepare(plan(folder / "stack.yaml", {}), tmp_path / "run")
+    copied = {path.relative_to(tmp_path / "run" / "stack").as_posix() for path in (tmp_path / "run").rglob("*.*")}
+    assert copied == {"stack.yaml", "as_run.yaml", "missions/main.xml", "linked/main.xml"}
+
+
+@pytest.mark.parametrize("rows", [f"{HEADER}1,1\n2,3,3\n4,4\n", f"{HEADER}1,1\n2,2\nx,3\n4,4\n", f"tim1,1\n{ROWS}", ""])
+def test_a_run_whose_rows_are_broken_is_not_kept(tmp_path: Path, rows: str) -> None:
+    assert causes(finished(tmp_path, rows), CLOSING) == [INCOMPLETE]
+    assert not (tmp_path / "run.json").exists()
