@@ -233,6 +233,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, required=True, help="folder for the report and the runs' files")
     parser.add_argument("--set", action="append", default=[], dest="overrides", metavar="COMPONENT.PARAMETER=VALUE")
     chosen = parser.parse_args(arguments)
+    names = [mission.stem for mission in chosen.mission]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        parser.error(f"two missions are named {twice!r}: each has a record of its own name, so rename one of them")
     # The end of this process, by a signal too, ends the run that is under way.
     signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
     options = tuple(part for override in chosen.overrides for part in ("--set", override))

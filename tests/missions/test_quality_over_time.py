@@ -11,7 +11,7 @@ import pytest
 
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, SetParameters
-from regraft.evaluation.quality_over_time import Spell, Standing, report, satisfied_share, spells, write_report
+from regraft.evaluation.quality_over_time import Spell, Standing, main, report, satisfied_share, spells, write_report
 from regraft.evaluation.runs.quality_run import QualityRun
 
 GOOD = Quality(1.0, "MoveSafely", "Safety", node="A/MoveSafely::7", metric=0.5, satisfied=True)
@@ -77,3 +77,12 @@ def test_records_and_pictures_are_written(tmp_path: Path) -> None:
     kinds = [line["kind"] for line in lines]
     assert kinds == ["quality"] * 6 + ["adaptation", "darkness", "max_velocity", "max_velocity", "camera", "closing"]
     assert (tmp_path / "rounds.png").exists() == (importlib.util.find_spec("matplotlib") is not None)
+
+
+def test_missions_of_one_name_are_refused_before_any_is_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    missions = [word for name in ("a/main.xml", "b/main.xml") for word in ("--mission", name)]
+    with pytest.raises(SystemExit) as ended:
+        main(["--stack", "frog", *missions, "--out", str(tmp_path / "out")])
+    assert ended.value.code == 2
+    assert "two missions are named 'main'" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from statistics import NormalDist
+from statistics import NormalDist, StatisticsError
+from typing import Final
 
 from regraft.evaluation.claims.model import Claim, Claims, SeedSet
 from regraft.evaluation.statistics.paired import Direction, SampleTest
@@ -11,6 +12,9 @@ from regraft.evaluation.statistics.samples import LEAST_RUNS
 
 EFFICIENCY = 3.0 / math.pi
 """Of the test of ranks, against that of means, for normal samples (Hodges and Lehmann 1956)."""
+
+MORE_THAN_ANY: Final = 10**12
+"""The seeds that are needed where their number cannot be computed: it is larger."""
 
 
 def seeds_needed(claim: Claim, claims: Claims) -> int:
@@ -20,6 +24,13 @@ def seeds_needed(claim: Claim, claims: Claims) -> int:
     the estimate, which has to be worth having. For a claim of equality, both one-sided tests have to (Schuirmann
     1987).
     """
+    try:
+        return max(LEAST_RUNS, math.ceil(_computed(claim, claims)))
+    except (OverflowError, StatisticsError):  # of a huge spread, or of an error that is too small for a float
+        return MORE_THAN_ANY
+
+
+def _computed(claim: Claim, claims: Claims) -> float:
     normal = NormalDist()
     level = normal.inv_cdf(1.0 - claims.alpha_of(claim))
     if claim.direction is Direction.EQUAL:
@@ -29,7 +40,7 @@ def seeds_needed(claim: Claim, claims: Claims) -> int:
         power = normal.inv_cdf(claims.power)
         standardized = max((level + power) / claim.expected, power / (claim.expected - claim.smallest_effect))
     samples = 2.0 / EFFICIENCY if claim.test is SampleTest.MANN_WHITNEY else 1.0
-    return max(LEAST_RUNS, math.ceil(samples * (standardized * claim.sd) ** 2))
+    return samples * (standardized * claim.sd) ** 2
 
 
 def too_few(claim: Claim, claims: Claims) -> str:

@@ -71,6 +71,8 @@ def test_what_a_file_gives_is_what_is_claimed(tmp_path: Path) -> None:
         ("smallest_effect: 1.0", "smallest_effect: 0", 16, "must be more than 0"),
         ("expected: 2.0", "expected: 0.5", 17, "more than smallest_effect"),
         ("sd: 1.0", "sd: 40.0", 18, "confirmation seeds for a power of 0.9, there are 20"),
+        ("sd: 1.0", "sd: 1e200", 18, "confirmation seeds for a power of 0.9, there are 20"),
+        ("alpha: 0.01", "alpha: 1e-20", 18, "confirmation seeds for a power of 0.9, there are 20"),
         ("    refuted_by: an interval that ends below one\n", "", 10, "refuted_by: is missing"),
         ("sd: 1.0", "sd: 1.0\n    direktion: less", 19, "did you mean 'direction'"),
         ("sd: 1.0", "sd: 1.0\n    direction: more", 19, "must be one of: greater, less, equal"),
