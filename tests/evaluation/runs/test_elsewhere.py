@@ -162,7 +162,7 @@ def test_a_study_in_the_current_folder_is_found(tmp_path: Path, monkeypatch: pyt
 def test_a_stack_with_modules_of_its_own_is_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "path", list(sys.path))
     study = replace(TINY, stack=own(tmp_path))
-    wanted = Wanted(study, "plain", study.configurations["plain"][:1], 1, 1, study.seconds)
+    wanted = Wanted(study, "plain", tuple(study.configurations["plain"][:1]), 1, 1, study.seconds)
     campaign, said = Campaign(wanted, tmp_path / "out"), list[str]()
     with campaign.opened(resume=False):
         campaign.run(lambda progress: None, said.append)
