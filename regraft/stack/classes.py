@@ -49,6 +49,15 @@ def taken_from_robot(path: str) -> dict[str, str]:
     return {name: parameter.from_robot for name, parameter in parameters.items() if parameter.from_robot}
 
 
+def taken_values(component: str, cls: str, references: Mapping[str, Mapping[str, PlainValue]]) -> dict[str, PlainValue]:
+    """Return the parameters that a class takes from the robot of a component, as far as this robot has them.
+
+    ``references`` have the parameters of robots, by robot; the empty name is that of the single one.
+    """
+    own = references.get(component.rpartition(".")[0], {})
+    return {name: own[datum] for name, datum in taken_from_robot(cls).items() if datum in own}
+
+
 def device_classes(parameters: object) -> Iterator[tuple[str, str]]:
     """Yield each place in a component's parameters that names the class of a robot's device, and the class's path.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 
-from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.assembly.expansion import RobotData
 from regraft.stack.classes import taken_from_robot
@@ -26,15 +25,6 @@ def with_robot_data(
         return document
     given = dict(_completed(components.value, robots, report, refused))
     return Node(document.value | {"components": Node(given, components.location)}, document.location)
-
-
-def taken_values(component: str, cls: str, references: Mapping[str, Mapping[str, PlainValue]]) -> dict[str, PlainValue]:
-    """Return the parameters that a class takes from the robot of a component, as far as this robot has them.
-
-    ``references`` have the parameters of robots, by robot; the empty name is that of the single one.
-    """
-    own = references.get(component.rpartition(".")[0], {})
-    return {name: own[datum] for name, datum in taken_from_robot(cls).items() if datum in own}
 
 
 def _completed(

@@ -25,7 +25,7 @@ from regraft.host.primary_host import PrimaryHost
 from regraft.host.zygote.zygote import Zygote, start_zygote
 from regraft.process.common_types import compile_common_types
 from regraft.process.main import NoSuchClass, load_class
-from regraft.process.modules import text_of
+from regraft.process.modules import line_of
 from regraft.process.scheduling import work_in_batches
 from regraft.process.shutdown import ShutdownRequest
 from regraft.process.trial.trial_import import Notice, check_classes
@@ -156,7 +156,7 @@ def prepare_process(specs: Iterable[ComponentSpec], notice: Notice = lambda _: N
         except KeyboardInterrupt:
             raise
         except BaseException as error:
-            raise NoSuchClass(f"{path!r} cannot be prepared: {type(error).__name__}: {text_of(error)}") from error
+            raise NoSuchClass(f"{path!r} cannot be prepared: {type(error).__name__}: {line_of(error)}") from error
         if told:
             said[told] = None
     find_uses()

@@ -16,10 +16,9 @@ from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.lockstep.source import TimeSource
 from regraft.process.main import NoSuchClass, load_class
 from regraft.stack.assembly.references import replaced
-from regraft.stack.classes import describe_class
+from regraft.stack.classes import describe_class, taken_values
 from regraft.stack.files import file_problems
 from regraft.stack.relative_paths import with_absolute_paths
-from regraft.stack.robot_data import taken_values
 from regraft.stack.sections.components import in_run_folder
 
 

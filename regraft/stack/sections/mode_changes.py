@@ -14,9 +14,8 @@ from regraft.bus_schema.model.parameter_values import effective_parameter, param
 from regraft.bus_schema.model.wiring import connection_problem
 from regraft.bus_schema.suggestions import Hints, instead_of
 from regraft.process.main import NoSuchClass
-from regraft.stack.classes import describe_class, device_classes
+from regraft.stack.classes import describe_class, device_classes, taken_values
 from regraft.stack.files import file_problems
-from regraft.stack.robot_data import taken_values
 from regraft.stack.sections.hosts import FIRST
 
 OF_COMPONENTS = (SetParameters, Connect, ChangeState, Swap)
