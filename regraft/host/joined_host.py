@@ -223,8 +223,10 @@ class JoinedHost(Host):
         self.term, self.revision = max(self.term, joined.term), joined.revision
         self.plan = replace(self.plan, architecture=joined.architecture)
         mine = self.plan.mine()
-        # Of a host that was never alone, nothing was decided that its manager does not see to: moves are under way.
-        to_start = self._cut | (mine.keys() - self.processes.keys()) if was_alone else set()
+        new = mine.keys() - self.processes.keys()
+        # Of a host that was never alone, nothing was decided that its manager does not see to: moves are under way. But
+        # a removal may have been undone that it had carried out, while it was silent again.
+        to_start = self._cut | new if was_alone else (new & set(joined.changed)) - self.standby_runs.processes.keys()
         placed = mine.keys() if was_alone else joined.architecture.components.keys()
         for name in sorted(self.processes.keys() - placed):
             # It is placed elsewhere now, or nowhere: the run here does not speak for it any more.

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from regraft.bus.interface import Presence, Sample
@@ -282,6 +283,14 @@ class Member:
         self._answer(ack)
 
     def _answer(self, ack: Ack) -> None:
+        try:
+            self._send(ack)
+        except BadMessage as error:  # together, news may be larger than a message may be
+            self._runtime.reporter.fault("news of this component", error)
+            self._last_ack = replace(ack, news=None)
+            self._send(self._last_ack)
+
+    def _send(self, ack: Ack) -> None:
         if not self._link.send(ack):
             self._publisher.put(self._keys.clock("ack"), ack)
 

@@ -124,7 +124,8 @@ class SourceLoop:
         coordinator.moment.time += period
         self._clock.advance_to(coordinator.moment.time)
         self._runtime.guarded("advance", lambda: self._source.advance(coordinator.moment.tick, period / 1e9))
-        self._promise_checkpoint()
+        if not self._runtime.failing:  # the checkpoint before is worth more than that of what has failed
+            self._promise_checkpoint()
 
     def _promise_checkpoint(self) -> None:
         """Have a checkpoint of this moment taken and put while the others work, before anything else changes the world.

@@ -8,7 +8,7 @@ from __future__ import annotations
 from regraft.bus.interface import Closable, Sample
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import type_named
-from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.errors import BadMessage, SchemaError
 from regraft.bus_schema.messages.management.system import SystemFault, SystemFaultKind, SystemNews
 from regraft.bus_schema.messages.protocol.host import HostStatus
 from regraft.bus_schema.model.hosts.hosts import LOCAL
@@ -86,7 +86,10 @@ class SystemRelay:
             if writer is None or key not in self._read:
                 self._view.pass_over(topic)
             else:
-                writer.put(codec.encode(self._view.message(topic, self._now)))
+                try:
+                    writer.put(codec.encode(self._view.message(topic, self._now)))
+                except SchemaError as error:  # together, news may be larger than a message may be
+                    runtime.reporter.fault(topic, error)
 
     def _listen_to_hosts(self) -> None:
         runtime, key = self._runtime, self._runtime.keys.host(LOCAL, "status")

@@ -76,6 +76,7 @@ class Parts:
         self.tick: int | None = None
         self.holds_time = False
         self.failing = ""
+        self._newest: list[NewestInput[Any]] = []
         self.fail: Callable[[], None] = lambda: None
         self.checkpoint: Callable[[], None] = lambda: None
         self.around: Callable[[Callable[[], object]], Callable[[], object]] = lambda call: call
@@ -126,7 +127,8 @@ class Parts:
             left_out = partial(self.reporter.overrun, f"input {name!r}", messages=1)
             method = self.overlapping(name, method, left_out, answers=True)
         if method is not None and port.latest_only and not self.stepped:
-            return NewestInput(port, method, self.reporter, self.inbox)
+            self._newest.append(NewestInput(port, method, self.reporter, self.inbox))
+            return self._newest[-1]
         return LiveInput(port, method, self.reporter)
 
     def _server(self, name: str) -> Server:
@@ -202,6 +204,12 @@ class Parts:
             self.fail_if_wanted()
             if ready or in_line:
                 self.reporter.beat_if_due()  # many messages take long, and only a handler that does not return hangs
+
+    def handle_newest(self) -> None:
+        """Handle the newest messages that are in line: a control query comes behind what came before it."""
+        for port in self._newest:
+            if port.handle_before_its_turn():
+                self.work()
 
     def handle_first(self, kept: list[tuple[Consumer, Sample]]) -> None:
         """Handle what was kept for inputs before all that comes; in simulated time now, since a slot is one instant."""

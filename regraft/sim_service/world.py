@@ -13,7 +13,7 @@ from regraft.bus_schema.messages.world import GeomColour, GroundTruth, WorldStat
 from regraft.bus_schema.model.description import Resources
 from regraft.lockstep.source import TimeSource
 from regraft.planar import Pose2D, Twist2D
-from regraft.sim_service.devices.core.calling import Calls
+from regraft.sim_service.devices.core.calling import Calls, call
 from regraft.sim_service.devices.core.device_kit import DeviceParameters
 from regraft.sim_service.devices.core.failures import DeviceFails
 from regraft.sim_service.devices.core.fitting import Fitted, parameters_of, ports_of, qualities_of
@@ -201,7 +201,7 @@ class World(TimeSource):
         for robot in self.simulation.robots.values():
             qualities[f"{robot.spec.prefix}contacts"] = float(self._contacts[robot.spec.name])
             for device in robot.devices.values():
-                named = device.evaluate().items()
+                named = call(device, device.evaluate).items()
                 qualities |= {f"{robot.spec.prefix}{device.kit.name}_{name}": value for name, value in named}
         return qualities
 

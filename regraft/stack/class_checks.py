@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from regraft.bus_schema.texts import text_of, told
 from regraft.component.component import parameter_set
 from regraft.component.parameters import ParameterError
 from regraft.process.main import load_class
@@ -27,7 +28,7 @@ def check_with_classes(stack: Stack) -> None:
                 raise
             # An author's class may raise anything, leaving included.
             except BaseException as error:
-                named = "" if isinstance(error, ValueError) else f"{type(error).__name__}: "
-                problems.append(stack.problem(f"components.{name}", f"{named}{error}"))
+                why = text_of(error) if isinstance(error, ValueError) else told(error)
+                problems.append(stack.problem(f"components.{name}", why))
     if problems:
         raise StackError(problems)

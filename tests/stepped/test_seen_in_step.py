@@ -6,6 +6,7 @@ import pytest
 
 from regraft import Component, Input, every
 from regraft.bus.interface import Sample
+from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.messages.management.system import (
     SystemDiagnostics,
@@ -81,6 +82,28 @@ def _run(steps: StepSite, duration: float = 2.0) -> Seen:
     assert steps.wait_finished().reproducible
     watcher: Watcher = steps.component("watcher")
     return watcher.seen
+
+
+class Wordy(Component):
+    """Has a little more to tell than a message may hold twice."""
+
+    position = Input(Reading)
+
+    @every(seconds=0.5)
+    def work(self) -> None:
+        self.kit.diagnose("motor", Level.WARNING, "warm", seen="x" * 12_000)
+
+
+def test_what_is_too_large_together_is_left_out_and_time_goes_on(
+    steps: StepSite, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(codec, "MAX_MESSAGE_SIZE", 20_000)
+    steps.start(Wordy, "wordy", connections={"position": "position"})
+    steps.start(Watcher, "watcher", connections=TOPICS)
+    steps.start_world(TinyWorld, ("wordy", "watcher"), 2.0)
+    assert steps.wait_finished().reproducible
+    watcher: Watcher = steps.component("watcher")
+    assert not any(text for _, topic, text in watcher.seen if topic == "diagnostics")
 
 
 def test_a_failure_is_seen_in_its_tick_with_the_state_that_it_left(steps: StepSite) -> None:

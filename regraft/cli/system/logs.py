@@ -157,9 +157,11 @@ def events(
             for event in waiting.coming(duration, there.check)
             if event.kind.startswith(kind) and view.has_component(event.subject)
         )
-        for event in islice(wanted, count):
-            if as_json:
-                show_json(event, compact=True)
-            else:
-                say(event_line(event, there.client.clock()))
-        tell_missed(waiting.missed)
+        try:
+            for event in islice(wanted, count):
+                if as_json:
+                    show_json(event, compact=True)
+                else:
+                    say(event_line(event, there.client.clock()))
+        finally:
+            tell_missed(waiting.missed)

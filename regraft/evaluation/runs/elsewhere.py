@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from regraft.bus_schema.annotations import PlainValue
-from regraft.process.own_python import INSTALLED_IN
+from regraft.evaluation.runs.fingerprint import is_own_code
 from regraft.stack.yaml.document import MAX_FILE_SIZE, read_map
 from regraft.stack.yaml.dump import dumped
 from regraft.stack.yaml.nodes import Location, Node, plain
@@ -17,24 +17,25 @@ from regraft.stack.yaml.problems import StackError
 
 UP: Final = ".."
 YAML: Final = (".yaml", ".yml")
-NO_PATHS: Final = "command"
-"""The field whose words are those of a program, which runs in a folder of its own."""
+CODE: Final = ".py"
+COMMAND: Final = "command"
+"""The field whose words are those of a program. It runs in the stack's folder, whichever file names it."""
 Counts = Callable[[Path], bool]
 
 
 def with_absolute(value: Any, beside: Path, folder: Path, counts: Counts = os.path.exists) -> Any:
     """Return plain data in which paths that lead out of ``folder`` are absolute, if what is there ``counts``.
 
-    They are relative to ``beside``, which is in that folder.
+    They are relative to ``beside``; words of a command are relative to ``folder``.
     """
     if isinstance(value, Mapping):
         return {
-            name: part if name == NO_PATHS else with_absolute(part, beside, folder, counts)
+            name: _command(part, folder) if name == COMMAND else with_absolute(part, beside, folder, counts)
             for name, part in value.items()
         }
     if isinstance(value, list | tuple):
         return [with_absolute(part, beside, folder, counts) for part in value]
-    if not isinstance(value, str) or UP not in value:
+    if not isinstance(value, str) or (UP not in value and beside.is_relative_to(folder)):
         return value
     path = _leads_to(value, beside)
     return str(path) if path and not path.is_relative_to(folder) and counts(path) else value
@@ -43,20 +44,23 @@ def with_absolute(value: Any, beside: Path, folder: Path, counts: Counts = os.pa
 def document_of(node: Node, folder: Path) -> PlainValue:
     """Return a stack as plain data in which the paths of files outside of ``folder`` are absolute.
 
-    Each is relative to the folder of the file that has it. Installed files stay as they are: they are code.
+    Each is relative to the folder of the file that has it. Files of Regraft's own stay as they are: they are code.
     """
     folder_of = cache(lambda file: Location(file).folder)
 
     def found(node: Node) -> PlainValue:
         if isinstance(node.value, dict):
-            return {name: plain(part) if name == NO_PATHS else found(part) for name, part in node.value.items()}
+            return {
+                name: _command(plain(part), folder) if name == COMMAND else found(part)
+                for name, part in node.value.items()
+            }
         if isinstance(node.value, tuple):
             return [found(part) for part in node.value]
         if not isinstance(node.value, str) or not node.location.file:
             return node.value
         beside = folder_of(node.location.file)
         path = _leads_to(node.value, beside) if UP in node.value or not beside.is_relative_to(folder) else None
-        if path is None or path.is_relative_to(folder) or path.is_relative_to(INSTALLED_IN) or not os.path.isfile(path):
+        if path is None or path.is_relative_to(folder) or is_own_code(path) or not os.path.isfile(path):
             return node.value
         return str(path)
 
@@ -68,16 +72,33 @@ def lead_out(source: Path, copy: Path) -> None:
     for file in copy.rglob("*"):
         if file.suffix not in YAML or not file.is_file() or file.stat().st_size > MAX_FILE_SIZE:
             continue
-        if UP.encode() not in file.read_bytes():
+        # The copy of a link is a file of its own; its paths are relative to where it leads.
+        beside = (source / file.relative_to(copy)).resolve().parent
+        text = file.read_bytes()
+        if beside.is_relative_to(source) and UP.encode() not in text and COMMAND.encode() not in text:
             continue
-        beside = source / file.relative_to(copy).parent
         try:
             document = plain(read_map(file))
         except StackError:  # it is of another kind, or nothing that a stack can name
             continue
-        changed = with_absolute(document, beside.resolve(), source)
+        changed = with_absolute(document, beside, source)
         if changed != document:
+            file.unlink()  # it may be read-only, as its original is
             file.write_text(dumped(changed))
+
+
+def _command(words: Any, folder: Path) -> Any:
+    """Return a program's words, with absolute paths of files that are code, or outside of ``folder``."""
+    if not isinstance(words, list | tuple):
+        return words
+    return [_word(word, folder) if isinstance(word, str) else word for word in words]
+
+
+def _word(word: str, folder: Path) -> str:
+    path = _leads_to(word, folder)
+    if path is None or not path.is_file() or (path.is_relative_to(folder) and path.suffix != CODE):
+        return word
+    return str(path)
 
 
 def _leads_to(text: str, beside: Path) -> Path | None:

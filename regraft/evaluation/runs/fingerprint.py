@@ -200,6 +200,11 @@ def _texts(value: Any) -> Iterator[str]:
             yield from _texts(part)
 
 
+def is_own_code(path: Path) -> bool:
+    """Return whether `code_hash` covers a file because it is Regraft's own; a clone has other files beside these."""
+    return any(path.is_relative_to(INSTALLED_IN / package) for package in OWN)
+
+
 def _portable(value: Any, folder: Path) -> Any:
     """Return plain data with nothing of where this machine has its files."""
     if isinstance(value, Mapping):
@@ -209,9 +214,10 @@ def _portable(value: Any, folder: Path) -> Any:
     if not (isinstance(value, str) and os.path.isabs(value)):
         return value
     path = Path(value)
-    for name, root in (("stack", folder), ("installed", INSTALLED_IN)):
-        if path.is_relative_to(root):
-            return [name, path.relative_to(root).as_posix()]
+    if path.is_relative_to(folder):
+        return ["stack", path.relative_to(folder).as_posix()]
+    if is_own_code(path):
+        return ["installed", path.relative_to(INSTALLED_IN).as_posix()]
     return ["content", hashlib.sha256(path.read_bytes()).hexdigest()] if path.is_file() else value
 
 

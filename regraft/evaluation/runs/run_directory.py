@@ -135,6 +135,7 @@ def prepare(plan: Plan, home: Path) -> Path:
     shutil.copytree(plan.folder, home / STACK, ignore=_left_out)
     lead_out(plan.folder, home / STACK)
     file = home / STACK / AS_RUN
+    file.unlink(missing_ok=True)
     file.write_text(dumped(with_absolute(plan.document(), plan.folder, plan.folder)))
     return file
 

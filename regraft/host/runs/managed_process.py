@@ -87,6 +87,8 @@ class ManagedProcess:
         """Take its removal back: what would have been restarted meanwhile is."""
         if self.owed and not self.has_process:
             self.start_at, self.state = now, ProcessState.WAITING
+        if self.removed and self.stopping:
+            self.start_again = True
         self.removed = self.owed = False
 
     def release(self, now: float) -> None:

@@ -283,7 +283,7 @@ class NewestInput(LiveInput[M]):
         self._see = handle
         self._inbox = inbox
         self._in_line = False
-        self._due = b""
+        self._due: bytes | None = None
 
     @property
     def wakes(self) -> bool:
@@ -308,15 +308,25 @@ class NewestInput(LiveInput[M]):
             self._in_line = True
             self._inbox.put(self._take_turn)
 
+    def handle_before_its_turn(self) -> bool:
+        """Have the message in line handled now, for what comes behind it cannot wait; return whether there was one."""
+        if self._due is None or self.paused:
+            return False
+        self._handle_due()
+        return True
+
     def _take_turn(self) -> None:
         self._in_line = False
-        if not self.paused:
+        if self.paused:
+            self._due = None
+        else:
             self._handle_due()
 
     def _handle_due(self) -> None:
-        """Have the newest message handled, unless it cannot be read."""
+        """Have the newest message handled, unless it cannot be read, or was handled before its turn."""
+        due, self._due = self._due, None
         message = self.latest
-        if message is None or self._attachment is not self._due:
+        if due is None or message is None or self._attachment is not due:
             return
         try:
             self._see(message)

@@ -43,6 +43,7 @@ class Answering:
 
     def answer(self, query: Query, produce: Callable[[], object]) -> None:
         """Answer with what ``produce`` returns or raises, later if that is `Pending`."""
+        self._parts.handle_newest()
         pending = self._try_to_answer(query, produce)
         if pending is not None:
             self.parked.append(_Parked(query, pending, time.monotonic_ns() + pending.at_most))
@@ -79,6 +80,7 @@ class Answering:
         """Answer the queries whose wait is over."""
         if not self.parked:
             return
+        self._parts.handle_newest()
         # One by one: what is done after an answer may answer others.
         while (parked := next((p for p in self.parked if p.is_over()), None)) is not None:
             self.parked.remove(parked)

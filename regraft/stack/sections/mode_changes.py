@@ -210,7 +210,7 @@ def _described(
         cls, host, given = change.spec.cls, change.spec.host, change.spec.parameters
     else:
         cls, host, given = change.cls or old.cls, old.host, old.parameters | change.parameters
-    if isinstance(change, Swap) and not change.cls and not _fixes(change, old.description):
+    if isinstance(change, Swap) and not change.cls and (host != FIRST or not _fixes(change, old.description)):
         return _Described(old.description)
     if not cls or host != FIRST or cls.partition(":")[0] in around.refused:
         return _Described()

@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from regraft.evaluation.campaign import Campaign, Wanted
+from regraft.evaluation.runs import fingerprint
 from regraft.evaluation.runs.run_directory import Plan, prepare
 from regraft.evaluation.study import Changes, Configuration
 from regraft.stack import load
@@ -41,6 +42,7 @@ components:
   bells: {class: "tests.stack.parts:Signals", services: {honk: bells}, parameters: {horn: ../../../horn.wav}}
   birds: {class: "tests.stack.parts:Signals", services: {honk: birds}, parameters: {horn: ../song.wav}}
   notes: {command: [notes, .., ../../nothing], managed: false}
+  tune: {command: [python3, ../../tune.py, ../../horn.wav, own.py, song.wav], managed: false}
 """
 FILES = {
     "base.yaml": BASE,
@@ -52,6 +54,8 @@ FILES = {
     "rover/rover.xml": "<mujoco/>",
     "stacks/patrol/stack.yaml": STACK,
     "stacks/patrol/song.wav": "a song",
+    "stacks/patrol/own.py": "print('a tune of its own')",
+    "tune.py": "print('a tune')",
     "stacks/patrol/more/inside.yaml": INSIDE,
 }
 
@@ -77,6 +81,9 @@ def test_a_stack_that_names_files_outside_of_its_folder_is_run_as_it_is(tmp_path
     found = load(stack).architecture.components
     for name in ("world", "notes"):
         assert made[name] == found[name]
+    own = tmp_path / "stacks" / "patrol" / "own.py"
+    words = ("python3", str(tmp_path / "tune.py"), str(tmp_path / "horn.wav"), str(own), "song.wav")
+    assert made["tune"].command == words
     horns = {name: Path(spec.parameters["horn"]).resolve() for name, spec in made.items() if "horn" in spec.parameters}
     assert horns == {
         "chimes": tmp_path / "chimes.wav",
@@ -96,14 +103,34 @@ def test_a_stack_that_names_files_outside_of_its_folder_is_run_as_it_is(tmp_path
         ("common.yaml", "parameters: {beams: 4}\n"),
         ("rover/robot.yaml", ROBOT.replace("lidar", "sonar")),
         ("rover/rover.xml", "<mujoco model='rover'/>"),
+        ("tune.py", "print('another tune')"),
+        ("stacks/patrol/own.py", "print('another tune of its own')"),
     ],
 )
-def test_files_outside_of_the_folder_count_wherever_they_are(tmp_path: Path, name: str, text: str) -> None:
+@pytest.mark.parametrize("clone", ["elsewhere", "there"])
+def test_files_outside_of_the_folder_count_wherever_they_are(
+    tmp_path: Path, name: str, text: str, clone: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fingerprint, "INSTALLED_IN", tmp_path / clone)
     one, other = (plan(project(tmp_path / folder), {}) for folder in ("here", "there"))
     before = one.fingerprint(lambda packages: "")
     assert other.fingerprint(lambda packages: "") == before
     (tmp_path / "there" / name).write_text(text)
     assert other.fingerprint(lambda packages: "") != before
+
+
+def test_paths_in_a_linked_file_lead_from_where_it_is(tmp_path: Path) -> None:
+    stack = project(tmp_path)
+    shared = tmp_path / "shared"
+    shared.mkdir()
+    (shared / "more.yaml").write_text(BASE.replace("chimes", "gongs").replace("gongs.wav", "gong.wav"))
+    (shared / "gong.wav").write_text("a deep sound")
+    (stack.parent / "more" / "linked.yaml").symlink_to(shared / "more.yaml")
+    (stack.parent / "more" / "linked.yaml").resolve().chmod(0o444)
+    stack.write_text(STACK.replace("more/inside.yaml", "more/inside.yaml, more/linked.yaml"))
+    made = load(prepare(plan(stack, {}), tmp_path / "out" / "work" / "run")).architecture.components
+    assert Path(made["gongs"].parameters["horn"]).resolve() == shared / "gong.wav"
+    assert load(stack).architecture.components["gongs"].parameters["horn"] == str(shared / "gong.wav")
 
 
 STUDY = '''

@@ -281,6 +281,26 @@ def test_a_component_whose_host_returns_before_its_removal_is_cancelled_begins_a
     assert site.wait_active("ticker", first) > first
 
 
+def test_a_component_whose_removal_is_undone_while_its_host_is_silent_again_begins_again(site: Site) -> None:
+    guest, link = _joined_over_a_link(site, "{edge: {lost_after: 60}, arm: {}}")
+    first = site.wait_active("ticker")
+    link.cut()
+    wait_state(site.system, "edge", HostState.SILENT)
+    request = AdaptationRequest((Remove("ticker"),), confirm=60.0, wait=False)
+    pending = site.system.client.call("adaptation_manager/adapt", request, AdaptationReport, PATIENCE)
+    wait_until(lambda: site.journal()[0].outcome is Outcome.CONFIRMING, "the removal to be watched over")
+    link.heal()
+    wait_state(site.system, "edge", HostState.JOINED)
+    wait_until(lambda: not children_without_zygote(guest), "the component to end")
+    link.cut()
+    wait_state(site.system, "edge", HostState.SILENT)
+    cancel = CancelAdaptation(pending.id)
+    report = site.system.client.call("adaptation_manager/cancel", cancel, AdaptationReport, PATIENCE)
+    assert report.outcome is Outcome.CANCELLED, report.error
+    link.heal()
+    assert site.wait_active("ticker", first) > first
+
+
 @pytest.mark.evidence
 def test_who_was_moved_by_hand_during_a_partition_is_ended_at_once_when_it_heals(site: Site) -> None:
     guest, link = _joined_over_a_link(site, WAIT)

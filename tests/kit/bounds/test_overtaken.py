@@ -11,7 +11,8 @@ from regraft import Component, Input, Output, every
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.bus_schema.encoding.registry import type_of
-from regraft.bus_schema.model.lifecycle import Transition
+from regraft.bus_schema.messages.protocol.control import SetTransition
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.testing import Rig
 from tests.kit.parts import Number
 from tests.stepped.parts import TinyWorld
@@ -123,7 +124,20 @@ def test_who_awaits_the_next_message_gets_it_and_the_handler_the_newest() -> Non
         assert watcher.handled == [MANY]
 
 
-def test_what_came_before_a_component_was_deactivated_is_not_handled_afterwards() -> None:
+@pytest.mark.parametrize("cls", [Watcher, Thinker])
+def test_what_came_before_a_control_query_is_handled_before_it(cls: type[Watcher]) -> None:
+    with Rig() as rig:
+        source, watcher = rig.add(Source), rig.add(cls, "watcher")
+        source.publish(1, 2)
+        asked = codec.encode(SetTransition(Transition.DEACTIVATE))
+        rig.bus.ask(rig.keys.control("watcher", 1, "transition"), asked, 5.0, lambda answers: None)
+        source.publish(3, 4)
+        rig.settle()
+        assert rig.status("watcher").state is State.INACTIVE
+        assert watcher.handled == [2]
+
+
+def test_what_is_in_line_as_a_component_fails_is_not_handled_afterwards() -> None:
     with Rig() as rig:
         source, watcher = rig.add(Source), rig.add(Watcher)
         watcher.fails = True

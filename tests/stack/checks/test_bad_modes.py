@@ -143,6 +143,14 @@ def test_a_class_is_judged_by_what_its_mode_gives_it(tmp_path: Path, stack: str,
         assert problem in found.problem
 
 
+def test_a_swap_on_another_host_that_names_no_class_is_judged_by_the_stacks_class(tmp_path: Path) -> None:
+    stack = OWN.replace("drive: {class", "drive: {host: edge, class") + "hosts: [edge]\n"
+    mode = "modes:\n  night:\n    - {change: swap, component: drive, parameters: {top_speed: 5.0, speed: 0.9}}\n"
+    load(write(tmp_path, stack + mode))
+    (found,) = problems(tmp_path, stack + mode.replace("speed: 0.9", "sped: 0.9"))
+    assert found.field == "modes.night.0.parameters.sped"
+
+
 def test_the_module_of_a_device_that_a_mode_names_is_tried_first(tmp_path: Path) -> None:
     (tmp_path / "leaving_device.py").write_text("import os\nos._exit(3)\n")
     robots = "[{name: a, model: a.xml, devices: [{name: lidar, class: 'leaving_device:Lidar'}]}]"

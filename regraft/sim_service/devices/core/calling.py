@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import ParamSpec, TypeVar
 
+from regraft.bus_schema.texts import text_of, told
 from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.layout.scene import SceneError
 
@@ -18,8 +19,8 @@ class DeviceError(SceneError):
     def __init__(self, robot: str, device: str, error: Exception) -> None:
         self.robot, self.device = robot, device
         of = f" of the robot {robot!r}" if robot else ""
-        kind = "" if isinstance(error, ValueError) else f"{type(error).__name__}: "
-        super().__init__(f"the device {device!r}{of}: {kind}{error}")
+        why = text_of(error) if isinstance(error, ValueError) else told(error)
+        super().__init__(f"the device {device!r}{of}: {why}")
 
 
 class DeviceErrors(SceneError):

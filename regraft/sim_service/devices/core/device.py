@@ -19,7 +19,7 @@ class Device:
 
     The world calls, in this order: ``build`` once; handlers of inputs before each tick; ``act`` before and ``watch``
     after each control period; ``tick`` after each world tick; then ``sense``, in the order of the robot's file.
-    A method that raises is a fault of the world, which names robot and device. All others are called as ever.
+    One of these that raises is a fault of the world, which names robot and device. All others are called as ever.
     """
 
     kit: DeviceKit
