@@ -201,7 +201,7 @@ def _texts(value: Any) -> Iterator[str]:
 
 
 def is_own_code(path: Path) -> bool:
-    """Return whether `code_hash` covers a file because it is Regraft's own; a clone has other files beside these."""
+    """Return whether `code_hash` covers a file because it is Regraft's own; a clone has other files, too."""
     return any(path.is_relative_to(INSTALLED_IN / package) for package in OWN)
 
 
