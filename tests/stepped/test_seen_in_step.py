@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from regraft import Component, Input, every
+from regraft import Component, Input, Parameter, every
 from regraft.bus.interface import Sample
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.health import Level
@@ -85,20 +85,23 @@ def _run(steps: StepSite, duration: float = 2.0) -> Seen:
 
 
 class Wordy(Component):
-    """Has a little more to tell than a message may hold twice."""
+    """Has more to tell than a message may hold: one of its news twice, or two of them."""
 
     position = Input(Reading)
+    count = Parameter(1)
 
     @every(seconds=0.5)
     def work(self) -> None:
-        self.kit.diagnose("motor", Level.WARNING, "warm", seen="x" * 12_000)
+        for number in range(self.count):
+            self.kit.diagnose(f"motor {number}", Level.WARNING, "warm", seen="x" * 12_000)
 
 
+@pytest.mark.parametrize("count", [1, 2])
 def test_what_is_too_large_together_is_left_out_and_time_goes_on(
-    steps: StepSite, monkeypatch: pytest.MonkeyPatch
+    steps: StepSite, monkeypatch: pytest.MonkeyPatch, count: int
 ) -> None:
     monkeypatch.setattr(codec, "MAX_MESSAGE_SIZE", 20_000)
-    steps.start(Wordy, "wordy", connections={"position": "position"})
+    steps.start(Wordy, "wordy", parameters={"count": count}, connections={"position": "position"})
     steps.start(Watcher, "watcher", connections=TOPICS)
     steps.start_world(TinyWorld, ("wordy", "watcher"), 2.0)
     assert steps.wait_finished().reproducible

@@ -191,13 +191,25 @@ def test_a_partition_leaves_components_alone_that_wait_for_their_host(site: Site
     assert site.system.said("host.returned", "edge")
 
 
-def _hold_a_change(site: Site) -> str:
-    """Have a step of 4 set and watched over; returns the adaptation's id once all of it is done."""
-    request = AdaptationRequest((SetParameters("ticker", {"step": 4}),), confirm=20.0, wait=False)
+def _hold(site: Site, change: Change, confirm: float = 60.0) -> str:
+    """Have a change made and watched over; returns the adaptation's id once all of it is done."""
+    request = AdaptationRequest((change,), confirm=confirm, wait=False)
     report = site.system.client.call("adaptation_manager/adapt", request, AdaptationReport, PATIENCE)
     wait_until(lambda: site.journal()[0].outcome is Outcome.CONFIRMING, "the change to be watched over")
-    assert site.system.client.view("ticker").parameters["step"] == 4
     return report.id
+
+
+def _hold_a_change(site: Site) -> None:
+    """Have a step of 4 set and watched over."""
+    _hold(site, SetParameters("ticker", {"step": 4}), confirm=20.0)
+    assert site.system.client.view("ticker").parameters["step"] == 4
+
+
+def _cancel(site: Site, held: str) -> None:
+    """Cancel an adaptation that is watched over."""
+    cancel = CancelAdaptation(held)
+    report = site.system.client.call("adaptation_manager/cancel", cancel, AdaptationReport, PATIENCE)
+    assert report.outcome is Outcome.CANCELLED, report.error
 
 
 def test_a_host_that_is_silent_while_a_change_is_undone_is_told_as_it_answers_again(site: Site) -> None:
@@ -254,14 +266,10 @@ def test_a_component_whose_host_returns_before_a_change_is_cancelled_begins_agai
     wait_until(lambda: step() == 1, "the ticker to be inactive")
     link.cut()
     wait_state(system, "edge", HostState.LOST)
-    request = AdaptationRequest((SetParameters("ticker", {"step": 4}),), confirm=60.0, wait=False)
-    pending = system.client.call("adaptation_manager/adapt", request, AdaptationReport, PATIENCE)
-    wait_until(lambda: site.journal()[0].outcome is Outcome.CONFIRMING, "the change to be watched over")
+    held = _hold(site, SetParameters("ticker", {"step": 4}))
     link.heal()
     wait_until(lambda: step() == 4, "the ticker to have begun again")
-    cancel = CancelAdaptation(pending.id)
-    report = system.client.call("adaptation_manager/cancel", cancel, AdaptationReport, PATIENCE)
-    assert report.outcome is Outcome.CANCELLED, report.error
+    _cancel(site, held)
     wait_until(lambda: step() == 1, "the ticker to be as before")
 
 
@@ -270,14 +278,10 @@ def test_a_component_whose_host_returns_before_its_removal_is_cancelled_begins_a
     first = site.wait_active("ticker")
     link.cut()
     wait_state(site.system, "edge", HostState.LOST)
-    request = AdaptationRequest((Remove("ticker"),), confirm=60.0, wait=False)
-    pending = site.system.client.call("adaptation_manager/adapt", request, AdaptationReport, PATIENCE)
-    wait_until(lambda: site.journal()[0].outcome is Outcome.CONFIRMING, "the removal to be watched over")
+    held = _hold(site, Remove("ticker"))
     link.heal()
     wait_state(site.system, "edge", HostState.JOINED)
-    cancel = CancelAdaptation(pending.id)
-    report = site.system.client.call("adaptation_manager/cancel", cancel, AdaptationReport, PATIENCE)
-    assert report.outcome is Outcome.CANCELLED, report.error
+    _cancel(site, held)
     assert site.wait_active("ticker", first) > first
 
 
@@ -286,17 +290,13 @@ def test_a_component_whose_removal_is_undone_while_its_host_is_silent_again_begi
     first = site.wait_active("ticker")
     link.cut()
     wait_state(site.system, "edge", HostState.SILENT)
-    request = AdaptationRequest((Remove("ticker"),), confirm=60.0, wait=False)
-    pending = site.system.client.call("adaptation_manager/adapt", request, AdaptationReport, PATIENCE)
-    wait_until(lambda: site.journal()[0].outcome is Outcome.CONFIRMING, "the removal to be watched over")
+    held = _hold(site, Remove("ticker"))
     link.heal()
     wait_state(site.system, "edge", HostState.JOINED)
     wait_until(lambda: not children_without_zygote(guest), "the component to end")
     link.cut()
     wait_state(site.system, "edge", HostState.SILENT)
-    cancel = CancelAdaptation(pending.id)
-    report = site.system.client.call("adaptation_manager/cancel", cancel, AdaptationReport, PATIENCE)
-    assert report.outcome is Outcome.CANCELLED, report.error
+    _cancel(site, held)
     link.heal()
     assert site.wait_active("ticker", first) > first
 
