@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from regraft.bus.interface import Answer
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.bus_schema.messages.protocol.control import Resend, Resent
@@ -48,12 +49,18 @@ def _report(site: Threads, metric: float) -> None:
 
     runtime.post(report)
     assert reported.wait(PATIENCE)
+    # A session hears only after a while that another one answers for something new.
+    wait_until(lambda: bool(_answers(site)), "the requirement is answered for")
 
 
 def _asked(site: Threads) -> Quality:
     """Return how the requirement is met, by the first answer."""
-    (answer,) = site.bus.query(site.keys.quality("Steady"), b"", PATIENCE)
+    (answer,) = _answers(site)
     return codec.decode(answer.payload, Quality)
+
+
+def _answers(site: Threads) -> list[Answer]:
+    return site.bus.query(site.keys.quality("Steady"), b"", PATIENCE)
 
 
 def test_a_question_for_samples_to_any_run_is_answered_by_the_one_that_speaks(site: Threads) -> None:
