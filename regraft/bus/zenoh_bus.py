@@ -55,7 +55,9 @@ def _first_line(error: Exception) -> str:
 
 
 @dataclass(slots=True)
-class _ZenohPublisher:
+class ZenohPublisher:
+    """A key that one session writes, also after its link broke and was renewed."""
+
     key: str
     declared: Declared
     shared: SharedMemory
@@ -125,7 +127,7 @@ class ZenohBus:
         self._lockstep = lockstep
         self._shared = SharedMemory()
 
-    def publisher(self, key: str, encoding: str, *, reliable: bool) -> _ZenohPublisher:
+    def publisher(self, key: str, encoding: str, *, reliable: bool) -> ZenohPublisher:
         """Declare a publisher: a reliable one blocks within bounds, another drops."""
         block = reliable or self._lockstep
         control = zenoh.CongestionControl.BLOCK if block else zenoh.CongestionControl.DROP
@@ -133,7 +135,7 @@ class ZenohBus:
         def make(session: zenoh.Session) -> Any:
             return session.declare_publisher(key, encoding=encoding, congestion_control=control)
 
-        return _ZenohPublisher(key, self._session.declare(make), self._shared)
+        return ZenohPublisher(key, self._session.declare(make), self._shared)
 
     def subscribe(self, key: str, sink: Sink) -> Declared:
         """Hand raw samples to ``sink`` on the network thread: a queue's ``put`` costs no Python frame there."""

@@ -54,6 +54,7 @@ from regraft.client.requests import ClientGoal, Requests
 from regraft.client.seen import Board, ComponentSeen, HostSeen
 from regraft.client.sending import Sender
 from regraft.client.topics import Subscription, TopicSample
+from regraft.patience import stretched
 from regraft.request_protocol import reader
 from regraft.run_directory import RunInfo
 
@@ -61,7 +62,7 @@ A = TypeVar("A")
 F = TypeVar("F")
 
 PRESENCE_TIMEOUT = 1.0
-"""Seconds that asking who is alive may take."""
+"""Seconds that asking who is alive may take; these, and what a component or host is asked, more where it is crowded."""
 ControlMessage = SetTransition | ParameterValues | Rewire | StateRequest | AskQualities | AskTypes
 ControlReply = ComponentView | Description | Qualities | Snapshot | KnownTypes | MeasuredQualities
 HostMessage = StartComponent | StopComponent | LogRequest | DescribeComponent
@@ -264,8 +265,9 @@ class Client:
         return self._runs_alive("*")
 
     def _runs_alive(self, component: str) -> dict[str, int]:
-        tokens = self._bus.present(self.keys.alive(component, "*"), PRESENCE_TIMEOUT)
-        return living_runs(self._bus, self.keys, tokens, PRESENCE_TIMEOUT)
+        within = stretched(PRESENCE_TIMEOUT)
+        tokens = self._bus.present(self.keys.alive(component, "*"), within)
+        return living_runs(self._bus, self.keys, tokens, within)
 
     # --- hosts ---
 
@@ -306,7 +308,7 @@ class Client:
         """
         seen = self.components(timeout).get(component_name(component))
         if seen is not None and seen.host is None:  # it has just begun, and its host has not reported it yet
-            self._board.wait_for_host_of(component, timeout)
+            self._board.wait_for_host_of(component, stretched(timeout))
             seen = self.components(timeout).get(component)
         if seen is None or seen.host is None:
             raise NoSuchHost(f"no host runs a component {component!r}, so none keeps its log")
@@ -314,7 +316,7 @@ class Client:
         return self.ask_host(seen.host, "logs", request, LogLines, timeout).lines
 
     def _alive_hosts(self) -> set[str]:
-        tokens = self._bus.present(self.keys.host("*", "alive"), PRESENCE_TIMEOUT)
+        tokens = self._bus.present(self.keys.host("*", "alive"), stretched(PRESENCE_TIMEOUT))
         return {token.split("/")[-2] for token in tokens}
 
     # --- looking on ---
@@ -364,9 +366,10 @@ class Client:
     def _query(self, who: str, key: str, message: object | None, reply: type[A], timeout: float) -> A:
         self._may_wait()
         payload = codec.encode(message) if message is not None else b""
-        answers = self._bus.query(key, payload, timeout)
+        within = stretched(timeout)
+        answers = self._bus.query(key, payload, within)
         if not answers:
-            raise NoAnswer(f"{who} did not answer within {timeout:g} s")
+            raise NoAnswer(f"{who} did not answer within {within:.3g} s")
         try:
             if answers[0].error:
                 raise ControlRefused(who, codec.decode(answers[0].payload, ControlError))

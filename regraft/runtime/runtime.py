@@ -9,6 +9,7 @@ from typing import Any
 from regraft.bus.interface import Bus
 from regraft.bus_schema.encoding.envelope import is_marker
 from regraft.component.component import Component, declared
+from regraft.patience import Patience
 from regraft.runtime.control import Control
 from regraft.runtime.core.assignment import Assignment
 from regraft.runtime.core.clock import Clock
@@ -28,6 +29,9 @@ from regraft.runtime.parts import Parts
 
 MARK_PAUSES = (0.05, 0.2, 0.75)
 """Seconds between the markers that are put on a new link."""
+MARK_LATE_PAUSE = 0.5
+MARK_LATE_TIMEOUT = 30.0
+"""Seconds between two looks for readers that are known later than that, and for how long they are looked for."""
 
 
 class Runtime(Parts):
@@ -160,4 +164,7 @@ class Runtime(Parts):
         for pause in MARK_PAUSES:
             self.writers.mark_all()
             await self.component.kit.sleep(pause)
-        self.writers.mark_all()
+        unread, patience = self.writers.mark_all(), Patience(MARK_LATE_TIMEOUT)
+        while unread and not patience.is_over():
+            await self.component.kit.sleep(MARK_LATE_PAUSE)
+            unread = self.writers.mark_all(unread)

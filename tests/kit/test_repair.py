@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
 import pytest
 
+import regraft.runtime.data.repair as repair_module
+import regraft.runtime.runtime as runtime_module
 from regraft import Component, Input, Output, every
 from regraft.bus.memory_bus import MemoryBus, MemoryHub, MemoryQuery
-from regraft.bus.zenoh_bus import ZenohBus, open_bus
+from regraft.bus.zenoh_bus import ZenohBus, ZenohPublisher, open_bus
 from regraft.bus.zenoh_config import Endpoints
 from regraft.bus_schema.annotations import Count
 from regraft.bus_schema.encoding import codec
@@ -22,12 +25,12 @@ from regraft.bus_schema.model.lifecycle import State
 from regraft.component.component import class_path
 from regraft.runtime.core.assignment import Assignment
 from regraft.runtime.data.history import MAX_BYTES, MAX_KEPT, History
-from regraft.runtime.data.repair import CATCH_UP_ROUNDS, Repair
+from regraft.runtime.data.repair import Repair
 from regraft.runtime.data.stream import Stream
 from tests.kit.test_broken_links import cable, hub
 from tests.support.links import Cable
 from tests.support.machine.threads import ComponentThread
-from tests.support.waiting import wait_until
+from tests.support.waiting import PATIENCE, wait_until
 
 __all__ = ["cable", "hub"]
 
@@ -151,6 +154,54 @@ def test_the_last_messages_come_although_none_follows_them(hub: tuple[ZenohBus, 
         listener.end()
 
 
+@pytest.fixture
+def known(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
+    """Return what, while it is cleared, has sessions know no reader: what is put reaches nobody."""
+    readers_known, put, matched = threading.Event(), ZenohPublisher.put, ZenohPublisher.matched
+    readers_known.set()
+
+    def put_if_known(publisher: ZenohPublisher, payload: bytes, attachment: bytes) -> None:
+        if readers_known.is_set():
+            put(publisher, payload, attachment)
+
+    def matched_if_known(publisher: ZenohPublisher) -> bool:
+        return readers_known.is_set() and bool(matched.__get__(publisher))
+
+    monkeypatch.setattr(ZenohPublisher, "put", put_if_known)
+    monkeypatch.setattr(ZenohPublisher, "matched", property(matched_if_known))
+    return readers_known
+
+
+def test_readers_that_a_new_link_knows_late_miss_nothing(
+    hub: tuple[ZenohBus, int],
+    cable: Cable,
+    listener: ComponentThread,
+    known: threading.Event,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(runtime_module, "MARK_PAUSES", ())
+    counter = run(Counter, cable.port)
+    try:
+        hears_on(listener)
+        component, renewed = counter.runtime.component, threading.Event()
+        assert isinstance(component, Counter)
+        known.clear()
+        last = component.number
+        wait_until(lambda: component.number >= last + 20, "to count for nobody")
+        component.quiet = True
+        counter.runtime.bus.when_renewed(renewed.set)
+        cable.cut()
+        assert renewed.wait(PATIENCE)
+        marked = threading.Event()
+        counter.runtime.post(marked.set)  # behind the first marker
+        assert marked.wait(PATIENCE)
+        known.set()
+        wait_until(lambda: listener.component.heard[-1] == component.number, "the last number")
+        assert in_sequence(listener)
+    finally:
+        counter.end()
+
+
 def test_what_a_writer_does_not_have_any_more_counts_as_lost_and_the_rest_goes_on(
     hub: tuple[ZenohBus, int], listener: ComponentThread
 ) -> None:
@@ -201,7 +252,8 @@ def test_a_history_is_bounded_and_gives_what_it_has() -> None:
     assert Envelope.from_bytes(history.find(3, 1, 3)[0][1]).sequence == 2, "the last two are kept, however large"
 
 
-def test_writers_that_have_gone_keep_nobody_waiting_for_what_others_have_put() -> None:
+def test_writers_that_have_gone_keep_nobody_waiting_for_what_others_have_put(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(repair_module, "CATCH_UP_TIMEOUT", 0.5)
     hub = MemoryHub()
     asking, answering = MemoryBus(hub), MemoryBus(hub)
     posted: list[Callable[[], object]] = []
@@ -211,8 +263,8 @@ def test_writers_that_have_gone_keep_nobody_waiting_for_what_others_have_put() -
         answering.serve(Keys(SYSTEM).control(name, 1, "resend"), partial(_answer, asked_of, name))
     key = Keys(SYSTEM).topic("numbers")
     repair.catch_up({(key, name): Stream(incarnation=1, handled=0) for name in ("gone", "living")})
-    wait_until(lambda: asked_of.count("gone") == CATCH_UP_ROUNDS, "the last question")
-    assert asked_of[:2] == ["gone", "living"]
+    wait_until(lambda: "catch-up" not in {thread.name for thread in threading.enumerate()}, "the last question")
+    assert asked_of[:3] == ["gone", "living", "gone"]
     assert asked_of.count("living") == 1
     assert len(posted) == 1
 

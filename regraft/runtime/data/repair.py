@@ -26,8 +26,8 @@ ANSWER_TIMEOUT = 1.0
 RETRY_INTERVAL = 0.25
 NO_WRITER_TIMEOUT = 1.0
 """Seconds for which a writer that is not reached is tried: its link may be being opened again."""
-CATCH_UP_ROUNDS = 4
-"""How often writers are asked for what was lost with a link: a writer that has gone keeps nobody waiting."""
+CATCH_UP_TIMEOUT = 6.0
+"""Seconds for which writers are asked for what was lost with a link: one that has gone keeps nobody waiting."""
 GIVE_UP_TIMEOUT = 6.0
 """Seconds after which a writer that is there and does not answer is given up: it may be in a long step."""
 REST = 5.0
@@ -156,12 +156,11 @@ class Repair:
 
     def _ask_all(self, questions: list[tuple[Pair, str, bytes]]) -> None:
         """Ask all of them, and again who did not answer: the writer's link may be broken, too, or it has gone."""
-        pause = threading.Event()
-        for _ in range(CATCH_UP_ROUNDS):
+        pause, patience = threading.Event(), Patience(CATCH_UP_TIMEOUT)
+        while questions and not patience.is_over():
             questions = [question for question in questions if not self._is_answered(*question)]
-            if not questions:
-                return
-            pause.wait(stretched(RETRY_INTERVAL))
+            if questions:
+                pause.wait(stretched(RETRY_INTERVAL))
 
     def _is_answered(self, pair: Pair, key: str, asked: bytes) -> bool:
         """Ask one question; returns whether it need not be asked again."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Container, Iterable
 from dataclasses import dataclass
 from threading import get_ident
 
@@ -307,11 +307,18 @@ class Writers:
                 found[key] = sample
         return found
 
-    def mark_all(self) -> None:
-        """Report how far the numbering of every key has come whose readers are to get every sample."""
-        for writer in self.open_keys.values():
-            if writer.keeps_history:
+    def mark_all(self, among: Container[str] | None = None) -> set[str]:
+        """Report how far the numbering has come of each key whose readers are to get every sample, or ``among`` some.
+
+        Returns the keys that nobody reads.
+        """
+        unread = set()
+        for key, writer in self.open_keys.items():
+            if writer.keeps_history and (among is None or key in among):
+                if not writer.matched:
+                    unread.add(key)
                 writer.mark()
+        return unread
 
     def flush(self) -> None:
         """Make and put what was promised, in its order."""
