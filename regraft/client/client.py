@@ -63,7 +63,8 @@ F = TypeVar("F")
 
 PRESENCE_TIMEOUT = 1.0
 """Seconds that asking who is alive may take; these, and what a component or host is asked, more where it is crowded."""
-ControlMessage = SetTransition | ParameterValues | Rewire | StateRequest | AskQualities | AskTypes
+CHANGING = SetTransition | ParameterValues | Rewire | StateRequest
+ControlMessage = CHANGING | AskQualities | AskTypes
 ControlReply = ComponentView | Description | Qualities | Snapshot | KnownTypes | MeasuredQualities
 HostMessage = StartComponent | StopComponent | LogRequest | DescribeComponent
 
@@ -216,8 +217,15 @@ class Client:
         return self._control(component, verb, message, expected, timeout)
 
     def _control(self, component: str, verb: str, message: object | None, reply: type[A], timeout: float) -> A:
-        key = self.keys.control(component, self._living_run(component), verb)
-        return self._query(f"component {component!r}", key, message, reply, timeout)
+        who, asked = f"component {component!r}", self._living_run(component)
+        try:
+            return self._query(who, self.keys.control(component, asked, verb), message, reply, timeout)
+        except NoAnswer:
+            # It may have been succeeded meanwhile; what changes something is not asked of two runs.
+            living = self._living_run(component)
+            if living == asked or isinstance(message, CHANGING):
+                raise
+            return self._query(who, self.keys.control(component, living, verb), message, reply, timeout)
 
     def describe(self, component: str, timeout: float = 2.0) -> Description:
         """Return a component's description of itself; raises as ``control`` does."""

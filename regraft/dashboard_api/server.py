@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import ipaddress
+import math
 import socket
 import threading
 import time
@@ -13,11 +14,11 @@ import anyio.to_thread
 import uvicorn
 
 from regraft.dashboard_api.http.client_connection import KnownConnection
-from regraft.patience import Patience
+from regraft.patience import Patience, stretched
 
 START_TIMEOUT = 5.0
 GRACE = 1
-"""Seconds that open requests get to finish when the server stops."""
+"""Seconds that open requests get to finish when the server stops, more on a crowded machine."""
 STOP_TIMEOUT = 3.0
 POLL = 0.005
 BACKLOG = 128
@@ -110,11 +111,13 @@ class HttpServer:
 
     def stop(self) -> bool:
         """Stop within bounds; returns whether it ended. Requests under way get a moment to finish."""
+        self._server.config.timeout_graceful_shutdown = math.ceil(stretched(GRACE))
+        within = stretched(STOP_TIMEOUT)
         self._server.should_exit = True
-        self._thread.join(STOP_TIMEOUT)
+        self._thread.join(within)
         if self._thread.is_alive():
             self._server.force_exit = True
-            self._thread.join(STOP_TIMEOUT)
+            self._thread.join(within)
         self._bound.close()
         return not self._thread.is_alive()
 

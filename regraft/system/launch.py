@@ -61,20 +61,31 @@ class Running:
     notices: tuple[str, ...] = ()
 
 
+_drawn: list[socket.socket] = []
+"""A name in the machine's network for each port that was drawn here: others that draw at the same time see it."""
+
+
 class NoPort(Exception):
     """This machine has no port for a hub; the text states why."""
 
 
 def free_endpoint() -> str:
-    """Return a loopback endpoint that is free now, and that the kernel gives to nobody meanwhile; raises NoPort."""
+    """Return a loopback endpoint that is free now, and that nobody is given meanwhile; raises NoPort.
+
+    The kernel gives it to no outgoing connection. As long as this process lives, no other one draws it here.
+    """
     why = ""
     for port in random.sample(PORTS, len(PORTS)):
+        name = socket.socket(socket.AF_UNIX)
         try:
+            name.bind(f"\0regraft-port-{port}")  # abstract: it goes with its process, and no file is left
             with socket.socket() as probe:
                 probe.bind(("127.0.0.1", port))
         except OSError as error:
+            name.close()
             why = (error.strerror or str(error)).lower()
         else:
+            _drawn.append(name)
             return f"tcp/127.0.0.1:{port}"
     raise NoPort(f"no TCP port of 127.0.0.1 from {PORTS[0]} to {PORTS[-1]} is free: {why}")
 
