@@ -3,10 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Literal
 
 from regraft.bus_schema.model.qualities.qualities import Better, QualityDescription
+
+
+class PartlyMeasured(Exception):
+    """Raised by an ``evaluate`` that measures several parts: some of them raised, and the others' values count.
+
+    ``errors`` has the exception for each quality that is unknown because of it, by its name.
+    """
+
+    def __init__(self, values: Mapping[str, float], errors: Mapping[str, Exception]) -> None:
+        super().__init__(f"not measured: {', '.join(errors)}")
+        self.values, self.errors = values, errors
 
 
 class Quality:

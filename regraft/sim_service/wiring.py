@@ -6,10 +6,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
+from regraft.bus_schema.model.qualities.qualities import measured
 from regraft.bus_schema.suggestions import instead_of
 from regraft.component.kit import Kit
 from regraft.component.parameters import ParameterError
-from regraft.sim_service.devices.core.calling import Calls
+from regraft.sim_service.devices.core.calling import Calls, DeviceError, call
 from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.devices.core.device_kit import DeviceParameters
 from regraft.sim_service.devices.core.failures import NONE, DeviceFails, Schedule
@@ -122,6 +123,25 @@ class DeviceWiring:
         asked: str = self._devices[name].kit.parameters.values[FAILURE]
         return asked if asked != NONE else self._schedules[name].at(now)
 
+    def evaluate(self) -> tuple[dict[str, float], dict[str, Exception]]:
+        """Return what qualities the devices give, and what was raised instead of others, by the world's names.
+
+        A device that measures none has its own name for what it raises.
+        """
+        given: dict[str, float] = {}
+        errors: dict[str, Exception] = {}
+        for fit in self._fitted:
+            own = fit.robot.prefix + fit.spec.name
+            device = self._devices[own]
+            try:
+                values = call(device, _evaluated, device)
+            except DeviceError as error:
+                described = measured(quality.describe() for quality in fit.declared.qualities.values())
+                errors |= dict.fromkeys([fit.parameter(quality.name) for quality in described] or [own], error)
+            else:
+                given |= {fit.parameter(short): value for short, value in values.items()}
+        return given, errors
+
     def snapshot(self) -> dict[str, str]:
         """Return how each device failed when that was reported last."""
         return dict(self._reported)
@@ -129,3 +149,8 @@ class DeviceWiring:
     def restore(self, state: Mapping[str, Any]) -> None:
         """Take over what was reported: it is not reported again."""
         self._reported |= {name: str(state[name]) for name in self._reported if name in state}
+
+
+def _evaluated(device: Device) -> dict[str, float]:
+    # A result that is no map raises here, so that its device is named.
+    return dict(device.evaluate())

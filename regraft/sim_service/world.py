@@ -11,9 +11,10 @@ from regraft.bus_schema.messages.geometry import Pose, Twist
 from regraft.bus_schema.messages.sensors import LightLevel
 from regraft.bus_schema.messages.world import GeomColour, GroundTruth, WorldState
 from regraft.bus_schema.model.description import Resources
+from regraft.component.quality import PartlyMeasured
 from regraft.lockstep.source import TimeSource
 from regraft.planar import Pose2D, Twist2D
-from regraft.sim_service.devices.core.calling import Calls, call
+from regraft.sim_service.devices.core.calling import Calls
 from regraft.sim_service.devices.core.device_kit import DeviceParameters
 from regraft.sim_service.devices.core.failures import DeviceFails
 from regraft.sim_service.devices.core.fitting import Fitted, parameters_of, ports_of, qualities_of
@@ -196,13 +197,17 @@ class World(TimeSource):
         """Return how often the robots have touched something, as ``contacts``, and what their devices give.
 
         The contacts of one robot among several are under its name too, such as ``rescuer/contacts``.
+
+        Raises:
+            PartlyMeasured: a device raised an exception; it has the values of all others.
         """
         qualities = {"contacts": float(sum(self._contacts.values()))}
         for robot in self.simulation.robots.values():
             qualities[f"{robot.spec.prefix}contacts"] = float(self._contacts[robot.spec.name])
-            for device in robot.devices.values():
-                named = call(device, device.evaluate).items()
-                qualities |= {f"{robot.spec.prefix}{device.kit.name}_{name}": value for name, value in named}
+        given, errors = self._wiring.evaluate()
+        qualities |= given
+        if errors:
+            raise PartlyMeasured(qualities, errors)
         return qualities
 
     def snapshot(self) -> PlainValue:

@@ -10,6 +10,7 @@ from regraft import Quality
 from regraft.bus_schema.model.qualities.qualities import Better
 from regraft.component.component import describe
 from regraft.sim_service.devices.charger import Charger
+from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.world import World
 from regraft.testing import Rig
 from tests.services.rigs import run
@@ -26,13 +27,33 @@ class CountingCharger(Charger):
         return {"asked": 1.0, "liked": 2.0}
 
 
-def robots(name: str) -> list[dict[str, Any]]:
-    """Return a robot with the charger of this module."""
+class Scale(Device):
+    """A device whose ``evaluate`` raises."""
+
+    load = Quality("what lies on it", unit="kg", minimum=0.0, estimated=False)
+    wear = Quality("of its springs", measured=False)
+
+    def evaluate(self) -> dict[str, float]:
+        """Raise."""
+        raise RuntimeError("no springs")
+
+
+class Mute(Device):
+    """A device whose ``evaluate`` returns nothing, though it declares no quality."""
+
+    def evaluate(self) -> dict[str, float]:
+        """Return no map."""
+        return None  # type: ignore[return-value]
+
+
+def robots(name: str, *more: type[Device]) -> list[dict[str, Any]]:
+    """Return a robot with the charger of this module, and ``more`` devices of it, by the names of their classes."""
     (robot,) = robots_as_data()
     devices = [
         each | {"class": f"{__name__}:CountingCharger"} if each["name"] == "charger" else each
         for each in robot["devices"]
     ]
+    devices += [{"name": each.__name__.lower(), "class": f"{__name__}:{each.__name__}"} for each in more]
     return [{**robot, "name": name, "devices": devices, "place": {"x": -0.75, "y": -0.14}}]
 
 
@@ -56,3 +77,17 @@ def test_a_world_measures_the_qualities_of_its_robots_devices(tmp_path: Path) ->
         assert published[-1].values == {"contacts": 0.0, "charger_asked": 1.0}
         (event,) = [event for event in rig.events if event.kind == "quality.unknown"]
         assert event.details["qualities"] == ["charger_liked"]
+
+
+def test_a_device_whose_evaluate_raises_costs_no_other_device_its_qualities() -> None:
+    with Rig(seed=1) as rig:
+        published = rig.collect_qualities("world")
+        world = rig.add(World, parameters={**FROG_WORLD, "robots": robots("", Scale, Mute)})
+        run(rig, world, 2.1)
+        measured = published[-1]
+        events = [event for event in rig.events if event.kind == "quality.unknown"]
+    assert measured.values == {"contacts": 0.0, "charger_asked": 1.0}
+    assert measured.unknown.keys() == {"scale_load"}
+    assert all(word in measured.unknown["scale_load"] for word in ("scale", "RuntimeError", "no springs"))
+    named = sorted(name for event in events for name in event.details["qualities"])
+    assert named == ["charger_liked", "mute", "scale_load"]

@@ -7,6 +7,7 @@ from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.qualities.qualities import Judged, all_unknown, judged, measured
 from regraft.bus_schema.texts import told
+from regraft.component.quality import PartlyMeasured
 from regraft.runtime.parts import Parts
 
 FAULT_AFTER = 5
@@ -44,8 +45,11 @@ class Measuring:
         """Return what ``evaluate`` gives now."""
         try:
             return judged(self._described, self._parts.component.evaluate())
+        except PartlyMeasured as partly:
+            failed = {name: _raised(error) for name, error in partly.errors.items()}
+            return judged(self._described, partly.values, failed)
         except Exception as error:
-            return all_unknown(self._described, f"evaluate raised {told(error)}"[:500])
+            return all_unknown(self._described, _raised(error))
 
     def last(self) -> MeasuredQualities:
         """Return what was published last in this state, for a tool that has just come."""
@@ -99,6 +103,10 @@ class Measuring:
             text = f"no quality is known after {FAULT_AFTER} measurements: {next(iter(problems.values()))}"
             reporter.event("quality.fault", text)
             reporter.diagnose(SUBJECT, Level.ERROR, text, problems=problems)
+
+
+def _raised(error: Exception) -> str:
+    return f"evaluate raised {told(error)}"[:500]
 
 
 def _sentence(names: list[str], why: str) -> str:

@@ -63,7 +63,7 @@ class QualityDescription:
 class Judged:
     """The values that count, by quality, and why others do not.
 
-    ``unknown`` is why a declared quality has no value, ``undeclared`` is what was given under other names.
+    ``unknown`` is why a declared quality has no value, ``undeclared`` is what was given, or failed, under other names.
     """
 
     values: dict[str, float]
@@ -87,22 +87,27 @@ def estimated(described: Iterable[QualityDescription]) -> tuple[QualityDescripti
     return tuple(quality for quality in described if quality.estimated)
 
 
-def judged(described: Iterable[QualityDescription], given: object) -> Judged:
-    """Return what of the ``given`` values counts; nothing is raised, for any value that a class returns."""
+def judged(described: Iterable[QualityDescription], given: object, failed: Mapping[str, str] | None = None) -> Judged:
+    """Return what of the ``given`` values counts; nothing is raised, for any value that a class returns.
+
+    ``failed`` is why there are no values under some names.
+    """
     declared = {quality.name: quality for quality in described}
     if not isinstance(given, Mapping):
         why = f"a value of type {type(given).__name__} for all: must be a map of numbers by name"
         return Judged({}, dict.fromkeys(declared, why), {})
     values: dict[str, float] = {}
     unknown: dict[str, str] = {}
+    failed = failed or {}
     for name, quality in declared.items():
-        problem = quality.problem(given[name]) if name in given else NOT_GIVEN
+        problem = quality.problem(given[name]) if name in given else failed.get(name, NOT_GIVEN)
         if problem:
             unknown[name] = problem
         else:
             values[name] = float(given[name])
     others = [str(name)[:MAX_NAME] for name in given if name not in declared][:MAX_UNDECLARED]
-    return Judged(values, unknown, {name: f"not declared; {instead_of(name, declared)}" for name in others})
+    undeclared = {name: f"not declared; {instead_of(name, declared)}" for name in others}
+    return Judged(values, unknown, undeclared | {name: why for name, why in failed.items() if name not in declared})
 
 
 def all_unknown(described: Iterable[QualityDescription], why: str) -> Judged:

@@ -48,7 +48,10 @@ class Device:
         return {}
 
     def evaluate(self) -> dict[str, float]:
-        """Return the qualities that the device gives now: numbers by the name of a `Quality` of its class."""
+        """Return the qualities that the device gives now: numbers by the name of a `Quality` of its class.
+
+        If it raises, these alone are unknown.
+        """
         return {}
 
     def snapshot(self) -> PlainValue:
