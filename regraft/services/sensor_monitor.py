@@ -42,14 +42,15 @@ Message = Image | LaserScan | Odometry | DepthImage
 
 @dataclass(slots=True)
 class _Watch:
-    """The record of one sensor, and the ``topic`` it was last connected to.
+    """The record of one sensor at one ``topic``, empty for none.
 
-    It begins at ``began`` (s), and again when the port loses its topic: then ``before`` is what had come.
+    It begins at ``began`` (s), and again when the port loses its topic or gets another: then ``before`` is what had
+    come.
     """
 
+    topic: str
     began: float = -math.inf
     before: Message | None = None
-    topic: str = ""
     sameness: Sameness = field(default_factory=Sameness)
     jumps: Jumps = field(default_factory=Jumps)
     jumped_at: float | None = None
@@ -62,9 +63,10 @@ class SensorMonitor(Component):
     """Looks at the sensors' messages now and then, and reports which are silent, frozen, black, blind or jumpy.
 
     A sensor is watched from its first message on, one of ``expected`` from the start. One whose port has no topic any
-    more is not watched, unless it is expected. A sensor counts as frozen when it repeats exactly the same: noise keeps
-    a working one from that. A pose counts as frozen when it stays exactly the same though the robot drives. Pictures
-    are rendered for this too, so leave ``image`` unconnected if only this would use them.
+    more is not watched, unless it is expected. With another topic the watch begins again, without a finding. A sensor
+    counts as frozen when it repeats exactly the same: noise keeps a working one from that. A pose counts as frozen when
+    it stays exactly the same though the robot drives. Pictures are rendered for this too, so leave ``image``
+    unconnected if only this would use them.
     """
 
     resources = Resources(cpu=0.03, memory=20.0)
@@ -119,7 +121,7 @@ class SensorMonitor(Component):
     def on_configure(self) -> None:
         """Begin without trouble; raises ParameterError if there is no such sensor to expect."""
         _check_expected(self.expected)
-        self._watches = {name: _Watch() for name in SENSORS}
+        self._watches = {name: _Watch(self._topic(name)) for name in SENSORS}
 
     def on_activate(self) -> None:
         """Begin to listen now."""
@@ -148,15 +150,17 @@ class SensorMonitor(Component):
 
     def _watch(self, name: str, now: float) -> _Watch:
         """Return the record of a sensor."""
-        port, watch = self.kit.inputs[name], self._watches[name]
-        topic = Keys(self.kit.system).topic_of(port.key)
-        if topic:
-            watch.topic = topic
-        elif watch.topic or port.latest is not watch.before:
-            # A port without a topic keeps its last message: nothing comes that could be late or wrong.
+        watch, topic, latest = self._watches[name], self._topic(name), self.kit.inputs[name].latest
+        if topic != watch.topic or (not topic and latest is not watch.before):
+            # A port keeps its last message, which is no evidence of the topic that it has now.
             self._take(watch.topic or name, watch, None, now)
-            watch = self._watches[name] = _Watch(now, port.latest)
+            before = latest if watch.topic or not topic else watch.before
+            watch = self._watches[name] = _Watch(topic, now, before)
         return watch
+
+    def _topic(self, name: str) -> str:
+        """Return the topic of a sensor's port, empty for none."""
+        return Keys(self.kit.system).topic_of(self.kit.inputs[name].key) or ""
 
     def _message(self, name: str, watch: _Watch) -> Message | None:
         message: Message | None = self.kit.inputs[name].latest

@@ -68,6 +68,11 @@ def watched() -> Iterator[Watched]:
         yield Watched(rig, world, health, diagnostics)
 
 
+def blank(stamp: float) -> Image:
+    """Return a picture of one colour."""
+    return Image(stamp, "camera_optical", "base_link", Pose(), 1.0, np.full((60, 80, 3), 255, np.uint8))
+
+
 FAILURES = [
     ("camera", {"failure": "black"}, "camera/image", "black"),
     ("camera", {"failure": "frozen"}, "camera/image", "frozen"),
@@ -236,12 +241,60 @@ def test_an_expected_sensor_is_missed_without_a_connection_too(watched: Watched)
     assert watched.faults() == {"scan": "silent"}
 
 
+def test_what_was_wrong_with_a_sensor_is_over_when_its_port_gets_another_topic(watched: Watched) -> None:
+    set_parameters(watched.rig, "camera", failure="silent")
+    watched.drive(3.0)
+    assert watched.faults() == {"camera/image": "silent"}
+    connect(watched.rig, "monitor", "image", "other/image")
+    watched.drive(3.0)
+    assert watched.faults() == {}
+    assert set(watched.health[-1].watched) == {"scan", "odometry"}
+    assert watched.told() == [("camera/image", Level.ERROR), ("camera/image", Level.OK)]
+    for _ in range(2):
+        watched.rig.publish("other/image", blank(watched.rig.clock.now() / 1e9))
+        watched.drive(0.5)
+    assert watched.faults() == {"other/image": "blank"}
+    assert watched.told()[2:] == [("other/image", Level.ERROR)]
+
+
+def test_a_port_that_gets_another_topic_has_its_pose_jump_by_nothing() -> None:
+    with Rig() as rig:
+        rig.add(SensorMonitor, parameters={"expected": []})
+        health = rig.collect("sensor_health", SensorHealth)
+
+        def stand(topic: str, x: float) -> None:
+            for _ in range(4):
+                now = rig.clock.now() / 1e9
+                rig.publish(topic, Odometry(now, "map", "base_link", Pose.planar(x, 0.0, 0.0), Twist()))
+                rig.advance(0.5)
+            assert health[-1].watched == (topic,)
+
+        stand("localization", 0.0)
+        connect(rig, "sensormonitor", "localization", "other/pose")
+        stand("other/pose", 5.0)
+    assert not any(told.faults for told in health)
+
+
+def test_an_expected_sensor_is_given_time_for_its_first_message_from_another_topic() -> None:
+    with Rig() as rig:
+        rig.add(SensorMonitor, parameters={"expected": ["scan"]}, connections={"scan": None})
+        health = rig.collect("sensor_health", SensorHealth)
+        rig.advance(6.0)
+        assert [(fault.topic, fault.fault) for fault in health[-1].faults] == [("scan", "silent")]
+        connect(rig, "sensormonitor", "scan", "front/scan")
+        rig.advance(4.0)
+        assert not health[-1].faults
+        rig.advance(3.0)
+        assert [(fault.topic, fault.fault) for fault in health[-1].faults] == [("front/scan", "silent")]
+    told = [(event.kind, event.details["topic"]) for event in rig.events if event.kind.startswith("sensor.")]
+    assert told == [("sensor.silent", "scan"), ("sensor.ok", "scan"), ("sensor.silent", "front/scan")]
+
+
 def test_a_picture_of_one_colour_is_blank() -> None:
     with Rig() as rig:
         rig.add(SensorMonitor, parameters={"expected": ["image"]})
         health = rig.collect("sensor_health", SensorHealth)
-        pixels = np.full((60, 80, 3), 255, np.uint8)
-        rig.publish("image", Image(0.2, "camera_optical", "base_link", Pose(), 1.0, pixels))
+        rig.publish("image", blank(0.2))
         rig.advance(0.5)
     assert [fault.fault for fault in health[-1].faults] == ["blank"]
 
