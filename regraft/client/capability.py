@@ -115,11 +115,12 @@ def _why_not_measured(amount: str, measured: Mapping[str, float], usage: HostUsa
 
 
 def _devices(architecture: Architecture, host: str) -> Iterator[DeviceLine]:
+    rules = architecture.rules(host)
     held = {
         device: name
         for name, spec in sorted(architecture.components.items())
         if spec.host == host
-        for device in devices(spec)
+        for device in devices(spec, rules, architecture.topics)
     }
-    for device in dict.fromkeys((*architecture.rules(host).devices, *sorted(held))):
+    for device in dict.fromkeys((*rules.devices, *sorted(held))):
         yield DeviceLine(device, held.get(device))

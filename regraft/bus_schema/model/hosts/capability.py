@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from regraft.bus_schema.model.adaptation import Violation
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, HostRules
 from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.robots.scopes import scope_of
 from regraft.bus_schema.suggestions import instead_of
 
 UNITS = {"cpu": "cores", "memory": "MiB"}
@@ -41,9 +42,16 @@ def is_configured(spec: ComponentSpec) -> bool:
     return spec.state not in (State.UNCONFIGURED, State.FINALIZED)
 
 
-def devices(spec: ComponentSpec) -> tuple[str, ...]:
-    """Return the devices that a component is to hold, by name."""
-    return tuple(sorted(set(spec.description.resources.devices))) if spec.description and is_configured(spec) else ()
+def devices(spec: ComponentSpec, rules: HostRules, topics: Iterable[str]) -> tuple[str, ...]:
+    """Return the devices that a component is to hold of its host, by name, in a system with these topics.
+
+    A component of one robot among several holds the robot's own, such as ``rescuer/dock``, where its host has that.
+    """
+    if spec.description is None or not is_configured(spec):
+        return ()
+    scope = scope_of(spec.name, topics)
+    own = {device: f"{scope}/{device}" if scope else device for device in spec.description.resources.devices}
+    return tuple(sorted({own[device] if own[device] in rules.devices else device for device in own}))
 
 
 def offer(rules: HostRules, amount: str) -> float | None:
@@ -128,7 +136,7 @@ def _missing(architecture: Architecture, load: Load, amount: str) -> Iterator[Vi
 def _devices(architecture: Architecture, specs: Iterable[tuple[str, ComponentSpec]]) -> Iterator[Violation]:
     held: dict[tuple[str, str], list[str]] = defaultdict(list)
     for name, spec in specs:
-        for device in devices(spec):
+        for device in devices(spec, architecture.rules(spec.host), architecture.topics):
             held[spec.host, device].append(name)
     for (host, device), holders in sorted(held.items()):
         there = architecture.rules(host).devices
@@ -142,9 +150,15 @@ def _devices(architecture: Architecture, specs: Iterable[tuple[str, ComponentSpe
                 rest = ", ".join(repr(other) for other in holders if other != name)
                 problem = (
                     f"needs {device} of host {host!r} for itself, but {rest} holds it: "
-                    "move one to another host, or leave it unconfigured"
+                    f"move one to another host, or leave it unconfigured{_alone(architecture, name, host, device)}"
                 )
                 yield Violation(None, name, "resources.devices", problem)
+
+
+def _alone(architecture: Architecture, name: str, host: str, device: str) -> str:
+    scope = scope_of(name, architecture.topics)
+    shared = scope and not device.startswith(f"{scope}/")
+    return f", or name {scope}/{device} under hosts.{host}.devices" if shared else ""
 
 
 def _hint(name: str, there: Iterable[str], place: str) -> str:

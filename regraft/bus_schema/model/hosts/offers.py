@@ -81,6 +81,6 @@ def _lacking(architecture: Architecture, host: str, rules: HostRules) -> Iterato
         needed = f"its components need {total:g} ({load.most(name)})"
         yield f"offer.{name}: host {host!r} offers {limit:g} {measured_in(name)}, but {needed}: offer {name}={total:g}"
     for name, spec in placed.items():
-        for device in devices(spec):
+        for device in devices(spec, rules, architecture.topics):
             if device not in rules.devices:
                 yield f"offer.{device}: {name} on host {host!r} needs this device: offer it"
