@@ -21,7 +21,8 @@ from regraft.sim_service.world import MAP_FRAME
 class MapServer(Component):
     """Publishes the map of all that stands still, and the poses to look at the mission's objects from.
 
-    Both are made from the world file and the run's seed, so they fit the running world without asking it.
+    Both are made from the world file and the run's seed, so they fit the running world without asking it. The map is
+    cut at the height of the robot's lidar. A robot whose lidar is higher or lower needs a map server of its own.
     """
 
     handler_timeout = 2.0
@@ -29,12 +30,14 @@ class MapServer(Component):
 
     file = Parameter("", "the world's MJCF file, the same as the world's", unit="path", exists=True, read_only=True)
     robots = Records(RobotSpec, "the world's robots, the same as the world's")
-    robot = Parameter("", "the robot that is to look at the objects", read_only=True)
+    robot = Parameter(
+        "", "the robot at whose lidar's height the map is cut, and that is to look at the objects", read_only=True
+    )
     group = Parameter("goals", "the MJCF tuple that lists the objects to visit, in order", read_only=True)
     resolution = Parameter(0.05, "side of a map cell", minimum=0.01, maximum=0.5, unit="m", read_only=True)
     rate = Parameter(0.5, "how often the map and the goals are published", minimum=0.01, maximum=10.0, unit="Hz")
 
-    map = Output(OccupancyGrid, description="the map")
+    map = Output(OccupancyGrid, description="the map, at the height of the robot's lidar")
     goals = Output(Goals, description="where to look at the objects from, in the order of the visits")
 
     def on_configure(self) -> None:
