@@ -20,6 +20,7 @@ from regraft.cli.terminal.output import complain
 from regraft.cli.topology import Topology, topology
 from regraft.client import Client, NoSuchComponent
 from regraft.client.sending import Sender
+from regraft.component.errors import CallFailed
 from regraft.run_directory import RunInfo
 
 
@@ -56,7 +57,7 @@ class Reached:
 
     def check(self) -> None:
         """Raise Unreachable once the system has ended: its hub does not come back."""
-        if not run_directory.continues(self.info):
+        if _has_ended(self.info):
             raise Unreachable(f"{self.info.system} has ended")
 
     def put(self, key: str, payload: bytes, encoding: str) -> None:
@@ -87,10 +88,23 @@ def reached(ctx: typer.Context, system: str | None) -> Iterator[Reached]:
 
 @contextmanager
 def joined(info: RunInfo) -> Iterator[Reached]:
-    """Join a system while the block runs; raises BusError."""
+    """Join a system while the block runs; raises BusError.
+
+    A request in the block that nobody answers any more, as the system has ended, raises Unreachable.
+    """
     bus = open_bus(info.hub, lockstep=info.simulated)
-    with Client(bus, info.system, owns_bus=True) as client:
-        yield Reached(info, bus, client)
+    with Client(bus, info.system, owns_bus=True, has_ended=lambda: _has_ended(info)) as client:
+        there = Reached(info, bus, client)
+        try:
+            yield there
+        except CallFailed as error:
+            if error.answer is None:
+                there.check()
+            raise
+
+
+def _has_ended(info: RunInfo) -> bool:
+    return not run_directory.continues(info)
 
 
 def user() -> str:

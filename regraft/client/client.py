@@ -50,7 +50,7 @@ from regraft.bus_schema.model.description import Description
 from regraft.bus_schema.suggestions import instead_of
 from regraft.client.errors import ClientError, ControlRefused, NoAnswer, NoSuchComponent, NoSuchHost
 from regraft.client.listener import Listener
-from regraft.client.requests import ClientGoal, Requests
+from regraft.client.requests import ClientGoal, Requests, never
 from regraft.client.seen import Board, ComponentSeen, HostSeen
 from regraft.client.sending import Sender
 from regraft.client.topics import Subscription, TopicSample
@@ -76,10 +76,19 @@ class Client:
     Close the client, best by ``with``: an open session keeps the process alive.
     """
 
-    def __init__(self, bus: Bus, system: str, name: str | None = None, *, owns_bus: bool = False) -> None:
+    def __init__(
+        self,
+        bus: Bus,
+        system: str,
+        name: str | None = None,
+        *,
+        owns_bus: bool = False,
+        has_ended: Callable[[], bool] = never,
+    ) -> None:
         """Listen to ``system`` on ``bus``, which is closed with the client if it ``owns_bus``.
 
-        ``name`` must be unique in the system.
+        ``name`` must be unique in the system. Callers that wait get CallFailed once the system ``has_ended``. That is
+        called on the client's thread while an answer is late.
         """
         self.name = name or f"cli-{os.getpid()}-{secrets.token_hex(4)}"
         self.system = system
@@ -87,7 +96,7 @@ class Client:
         self._bus = bus
         self._owns_bus = owns_bus
         self._sender = Sender(bus, self.name)
-        self._requests = Requests(self.keys, self.name, self._sender)
+        self._requests = Requests(self.keys, self.name, self._sender, has_ended)
         self._board = Board()
         self._listener = Listener(bus, self.name, self._requests.ask_again)
         self._listener.subscribe(self.keys.reply("**", self.name), self._requests.deliver)

@@ -14,7 +14,7 @@ from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.requests import Request, Verb
 from regraft.client.sending import Sender
 from regraft.component.errors import CallFailed
-from regraft.request_protocol import PendingRequest, RequestProtocol
+from regraft.request_protocol import ASK_INTERVAL, PendingRequest, RequestProtocol
 
 A = TypeVar("A")
 F = TypeVar("F")
@@ -57,14 +57,20 @@ class ClientGoal(Generic[A, F]):
         self._requests.cancel(self._pending)
 
 
+def never() -> bool:
+    """Return that a system has not ended, for who cannot know."""
+    return False
+
+
 class Requests(RequestProtocol):
     """All requests that one client has under way. Thread-safe."""
 
-    def __init__(self, keys: Keys, client: str, sender: Sender) -> None:
-        """Ask under the name ``client``, unique in the system."""
+    def __init__(self, keys: Keys, client: str, sender: Sender, has_ended: Callable[[], bool]) -> None:
+        """Ask under the name ``client``, unique in the system, until that ``has_ended``: looked at in silence."""
         super().__init__(client)
         self._keys = keys
         self._sender = sender
+        self._has_ended = has_ended
 
     def call(
         self,
@@ -142,9 +148,18 @@ class Requests(RequestProtocol):
         return self._sender.matched(self._keys.request(pending.service))
 
     def ask_again(self) -> None:
-        """Repeat what has met with silence, or whose service has come back; called several times a second."""
-        for pending in self.under_way():
-            self.repeat_if_silent(pending, time.monotonic_ns(), offered=self._is_offered(pending))
+        """Repeat what has met with silence, or whose service has come back; called several times a second.
+
+        All end once the system has: nobody is left who would answer.
+        """
+        now, under_way = time.monotonic_ns(), self.under_way()
+        is_silent = any(now - pending.heard_at >= ASK_INTERVAL for pending in under_way)
+        is_over = is_silent and self._has_ended()
+        for pending in under_way:
+            if is_over:
+                self.end(pending, CallFailed(pending.service, None, "the system has ended"))
+            else:
+                self.repeat_if_silent(pending, time.monotonic_ns(), offered=self._is_offered(pending))
 
     def deliver(self, sample: Sample) -> None:
         """Take a reply; one that does not fit ends its request."""

@@ -41,6 +41,11 @@ class Site:
         self.bus = self.session()
         self.client = Client(self.session(), "site", "tester")
 
+    @property
+    def endpoint(self) -> str:
+        """Where its hub is; empty in memory."""
+        return self._buses.endpoint
+
     def session(self) -> Bus:
         """Open another session."""
         return self._buses.session()
