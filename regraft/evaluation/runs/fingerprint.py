@@ -156,8 +156,7 @@ def files_in(folder: Path) -> list[Path]:
     """Return the files of a folder and its folders that can influence a run, by name."""
     found = []
     # A campaign asks before and after each run, for thousands of files: paths are made of the few that count.
-    for inside, folders, names in os.walk(folder):
-        folders[:] = [name for name in folders if not name.startswith(".")]
+    for inside, names in _folders_in(folder):
         found += [
             os.path.join(inside, name)
             for name in names
@@ -166,10 +165,27 @@ def files_in(folder: Path) -> list[Path]:
     return [Path(path) for path in sorted(found, key=lambda path: path.split(os.sep)) if os.path.isfile(path)]
 
 
+def _folders_in(folder: Path) -> Iterator[tuple[str, list[str]]]:
+    """Return a folder and those in it, also behind links, each with its files' names. Hidden ones are left out."""
+    for inside, folders, names in os.walk(folder, followlinks=True):
+        folders[:] = [name for name in folders if not name.startswith(".") and not _leads_back(folder, inside, name)]
+        yield inside, names
+
+
+def _leads_back(folder: Path, inside: str, name: str) -> bool:
+    """Return whether a link leads to a folder that it is in, by the way from ``folder`` to it."""
+    link = os.path.join(inside, name)
+    if not os.path.islink(link):
+        return False
+    target, place = Path(link).resolve(), Path(inside)
+    way = [place, *(each for each in place.parents if each.is_relative_to(folder))]
+    return any(each.resolve().is_relative_to(target) for each in way)
+
+
 def files_hash(folder: Path) -> str:
     """Return the hash of a stack's folder: of all that a run takes along, and its modules; not of campaigns in it."""
     digest = hashlib.sha256()
-    campaigns = [lock.parent for lock in folder.rglob(LOCK)]
+    campaigns = [Path(inside) for inside, names in _folders_in(folder) if LOCK in names]
     for path in files_in(folder):
         if any(path.is_relative_to(campaign) for campaign in campaigns):
             continue

@@ -15,6 +15,7 @@ from regraft.evaluation.runs.fingerprint import (
     Fingerprint,
     code_hash,
     files_hash,
+    files_in,
     fingerprint_from,
     packages_named,
     stack_hash,
@@ -109,6 +110,54 @@ def test_files_next_to_a_stack_count_and_campaigns_there_do_not(tmp_path: Path) 
     assert files_hash(tmp_path) == before
     shutil.copy(tmp_path / "mission.xml", tmp_path / "decision.yaml")
     assert files_hash(tmp_path) != before
+
+
+def test_a_linked_folder_counts_as_one_that_is_there(tmp_path: Path) -> None:
+    stack, shared, copied = tmp_path / "stack", tmp_path / "shared", tmp_path / "copied"
+    (shared / "deep").mkdir(parents=True)
+    (shared / "deep" / "mission.xml").write_text("<root/>")
+    for folder in (stack, copied):
+        folder.mkdir()
+        (folder / "decision.yaml").write_text("choices: {}\n")
+    (stack / "missions").symlink_to(shared)
+    shutil.copytree(shared, copied / "missions")
+    before = files_hash(stack)
+    assert before == files_hash(copied)
+    (shared / "deep" / "mission.xml").write_text("<other/>")
+    assert files_hash(stack) != before
+
+
+def test_links_in_a_circle_are_followed_once(tmp_path: Path) -> None:
+    for name, other in (("one", "other"), ("other", "one")):
+        (tmp_path / "stack" / name).mkdir(parents=True)
+        (tmp_path / "stack" / name / "mission.xml").write_text(name)
+        (tmp_path / "stack" / name / "link").symlink_to(tmp_path / "stack" / other)
+    (tmp_path / "stack" / "one" / "up").symlink_to(tmp_path)
+    names = [path.relative_to(tmp_path).as_posix() for path in files_in(tmp_path / "stack")]
+    assert names == [f"stack/{name}/mission.xml" for name in ("one/link", "one", "other/link", "other")]
+
+
+def test_campaigns_in_a_linked_folder_do_not_count(tmp_path: Path) -> None:
+    (tmp_path / "stack").mkdir()
+    (tmp_path / "stack" / "mission.xml").write_text("<root/>")
+    before = files_hash(tmp_path / "stack")
+    (tmp_path / "results" / "study-plain" / "runs").mkdir(parents=True)
+    (tmp_path / "results" / "study-plain" / LOCK).write_text("")
+    (tmp_path / "results" / "study-plain" / "runs" / "run.json").write_text("{}")
+    (tmp_path / "stack" / "results").symlink_to(tmp_path / "results")
+    assert files_hash(tmp_path / "stack") == before
+
+
+def test_a_folder_without_links_has_the_hash_that_it_always_had(tmp_path: Path) -> None:
+    (tmp_path / "b" / "__pycache__").mkdir(parents=True)
+    (tmp_path / ".hidden").mkdir()
+    for name in ("b/mission.xml", "b.xml", "a", "b/__pycache__/parts.pyc", "README.md", ".hidden/notes"):
+        (tmp_path / name).write_text(name)
+    (tmp_path / "gone").symlink_to(tmp_path / "nothing")
+    (tmp_path / "study-plain").mkdir()
+    (tmp_path / "study-plain" / LOCK).write_text("")
+    (tmp_path / "study-plain" / "report.txt").write_text("report")
+    assert files_hash(tmp_path) == "2a83ef6eecd22854eb971f8678fc581167a26e42feaee86d8262ab71065e7336"
 
 
 def test_versions_are_those_that_are_installed() -> None:
