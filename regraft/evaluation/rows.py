@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import csv
+import io
+import math
 import os
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 from regraft import Component, Parameter, every
@@ -15,6 +18,8 @@ Cell = str | int | float | bool | None
 """The value of a field; None is an empty one."""
 DIGITS = 6
 """Significant digits of a number."""
+PERIOD = 1.0
+"""Simulated seconds from one row to the next."""
 TIME = "time"
 OVER = "over"
 """The last column of a recorder that may end before the run does: 1 in its last row."""
@@ -50,7 +55,7 @@ class RowRecorder(Component):
         """Create the file; raises FileExistsError."""
         Path(self.file).touch(exist_ok=False)
 
-    @every(hz=1.0)
+    @every(hz=1.0 / PERIOD)
     def record(self) -> None:
         """Write one row, unless the last is written."""
         if self.is_over:
@@ -125,13 +130,36 @@ def ends_with_last_row(path: Path) -> bool:
 def read_rows(path: Path) -> Rows:
     """Return what a recorder has written.
 
+    A row that was written in part may have all fields. The rest of its time stands before the next row, or its last
+    field is shorter. Times and the end of the last line reveal that.
+
     Raises:
-        ValueError: a line has another number of fields than the first; the text names the line.
+        ValueError: a line has no end, or another number of fields than the first. Or its time is not a second after
+            that of the line before. The text names the line.
     """
     with path.open(newline="") as file:
-        lines = list(csv.reader(file))
+        text = file.read()
+    lines = list(csv.reader(io.StringIO(text, newline="")))
     header, body = (lines[0], lines[1:]) if lines else ([], [])
     for number, line in enumerate(body, start=2):
         if len(line) != len(header):
             raise ValueError(f"{path}, line {number}: has {len(line)} fields, must have {len(header)}")
-    return Rows({name: [line[index] for line in body] for index, name in enumerate(header)})
+    if text and not text.endswith("\n"):
+        raise ValueError(f"{path}, line {len(lines)}: has no end")
+    rows = Rows({name: [line[index] for line in body] for index, name in enumerate(header)})
+    if TIME in header:
+        _check_times(path, rows.text(TIME))
+    return rows
+
+
+def _check_times(path: Path, times: Sequence[str]) -> None:
+    for number, (before, now) in enumerate(pairwise(times), start=3):
+        if not PERIOD / 2 < _seconds(now) - _seconds(before) < 1.5 * PERIOD:  # a phase of its own is rounded
+            raise ValueError(f"{path}, line {number}: its time {now!r} is not a second after {before!r}")
+
+
+def _seconds(time: str) -> float:
+    try:
+        return float(time)
+    except ValueError:
+        return math.nan

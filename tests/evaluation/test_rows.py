@@ -47,6 +47,25 @@ def test_a_line_cut_short_is_told(tmp_path: Path) -> None:
         read_rows(tmp_path / "a.csv")
 
 
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("time,number\n1,2\n2,4\n34,8\n5,10\n", "line 4: its time '34' is not a second after '2'"),
+        ("time,number\n1,2\n2,4\n4,8\n", "line 4: its time '4' is not a second after '2'"),
+        ("time,number\n1,2\n2,4\n2,4\n", "line 4: its time '2' is not a second after '2'"),
+        ("number,time\n2,1\n4,x\n", "line 3: its time 'x' is not a second after '1'"),
+        ("time,number\n1,2.5\n2,4", "line 3: has no end"),
+    ],
+    ids=["a row that begins as another", "a missing row", "a row twice", "no number", "a last row cut short"],
+)
+def test_rows_of_which_a_part_is_missing_are_told_though_all_fields_are_there(
+    tmp_path: Path, text: str, problem: str
+) -> None:
+    (tmp_path / "a.csv").write_text(text)
+    with pytest.raises(ValueError, match=problem):
+        read_rows(tmp_path / "a.csv")
+
+
 @given(st.one_of(st.none(), st.booleans(), st.integers(), st.floats(allow_nan=False, allow_infinity=False), st.text()))
 def test_what_is_written_can_be_read_again(cell: Cell) -> None:
     text = written(cell)

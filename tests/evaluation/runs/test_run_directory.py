@@ -87,7 +87,16 @@ def test_what_is_no_file_beside_a_stack_is_left_out(tmp_path: Path) -> None:
     assert copied == {"stack.yaml", "as_run.yaml", "missions/main.xml", "linked/main.xml"}
 
 
-@pytest.mark.parametrize("rows", [f"{HEADER}1,1\n2,3,3\n4,4\n", f"{HEADER}1,1\n2,2\nx,3\n4,4\n", f"tim1,1\n{ROWS}", ""])
+@pytest.mark.parametrize(
+    "rows",
+    [
+        f"{HEADER}1,1\n2,3,3\n4,4\n",
+        f"{HEADER}1,1\n23,3\n4,4\n",
+        f"{HEADER}1,1\n2,2\nx,3\n4,4\n",
+        f"tim1,1\n{ROWS}",
+        "",
+    ],
+)
 def test_a_run_whose_rows_are_broken_is_not_kept(tmp_path: Path, rows: str) -> None:
     assert causes(finished(tmp_path, rows), CLOSING) == [INCOMPLETE]
     assert not (tmp_path / "run.json").exists()
