@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -10,6 +11,7 @@ import httpx
 import pytest
 
 from regraft.bus_schema.messages.protocol.control import ParameterValues
+from regraft.dashboard_api.backend.event_buffer import EventBuffer
 from regraft.dashboard_api.gateway import Gateway
 from tests.gateway.http.contract import contract
 from tests.gateway.parts import Drive, HostStub, Navigator, ScriptedExecutor, ScriptedManager
@@ -51,10 +53,18 @@ class Running:
 
 
 def start_gateway(site: Site, **parameters: Any) -> str:
-    """Start a gateway and return where it serves."""
-    site.start(Gateway, "gateway", parameters={**GATEWAY, **parameters})
+    """Start a gateway and return where it serves; all that it has said of its start is behind those who read events."""
+    gateway: Any = site.start(Gateway, "gateway", parameters={**GATEWAY, **parameters})
     wait_until(lambda: site.runtimes["gateway"].reporter.status.values.get("url"), "the gateway's URL")
+    wait_until(lambda: _has_told_its_start(gateway._buffer), "the events of its start")
     return str(site.runtimes["gateway"].reporter.status.values["url"])
+
+
+def _has_told_its_start(buffer: EventBuffer) -> bool:
+    """Whether a gateway has the last event of its own start, which is that of its activation."""
+    kept, _ = buffer.after(0)
+    told = [json.loads(each.text) for each in kept if each.kind == "component.transition"]
+    return ("gateway", "activate") in [(each["subject"], each["details"]["transition"]) for each in told]
 
 
 @contextmanager

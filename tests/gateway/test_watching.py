@@ -10,13 +10,15 @@ from typing import Any
 import httpx
 import pytest
 
+from regraft.bus.interface import Answer
+from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.quality import Quality
 from tests.adaptation.conditions import HOLDING, MALFORMED, UNKNOWN
-from tests.adaptation.system import System, small_architecture, spec_of
+from tests.adaptation.system import SYSTEM, System, small_architecture, spec_of
 from tests.adaptation.watching.gauging import Gauge
 from tests.gateway.real_manager import served
 from tests.support.tables import check_each
-from tests.support.waiting import wait_until
+from tests.support.waiting import PATIENCE, wait_until
 
 GAUGE = "tests.adaptation.watching.gauging:Gauge"
 LOW = {"change": "set_parameters", "component": "gauge", "parameters": {"shown": 1.0}}
@@ -31,6 +33,8 @@ def both(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[System, htt
     with served(gauged, tmp_path_factory.mktemp("watching")) as (system, http):
         wait_until(lambda: system.client.ask_measured("gauge").values, "a level")
         _tell(system, True)
+        # The scanner answers for a requirement once its own thread has reported it.
+        wait_until(lambda: _answers(system), "the requirement is answered for")
         yield system, http
 
 
@@ -38,6 +42,10 @@ def _tell(system: System, satisfied: bool) -> None:
     runtime = system.running["scanner"].runtime
     quality = Quality(1.0, "Steady", "Comfort", metric=0.25, satisfied=satisfied)
     runtime.post(lambda: runtime.component.kit.report_quality(quality))
+
+
+def _answers(system: System) -> list[Answer]:
+    return system.running["scanner"].bus.query(Keys(SYSTEM).quality("Steady"), b"", PATIENCE)
 
 
 def _shown(system: System) -> Any:

@@ -45,6 +45,8 @@ ROUTES = (
 def _without_executor(running: Running) -> None:
     running.site.stop("bt_executor")
     wait_until(lambda: not running.site.bus.present(running.site.keys.alive("bt_executor", "*"), 1.0))
+    # It takes its token off the bus before its services.
+    wait_until(lambda: not any(running.site.client.reaches(f"mission/{name}") for name in ("status", "command")))
 
 
 def test_an_executor_that_is_gone_but_may_come_back_is_waited_for(running: Running) -> None:
