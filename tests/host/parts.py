@@ -296,15 +296,24 @@ class Counting(Component):
 
 
 class DyingTotaller(Totaller):
-    """Keeps checkpoints, and dies again and again."""
+    """Keeps checkpoints, and dies again and again, a while after one with three calls."""
 
     checkpoint_every = 0.02
+
+    def __init__(self) -> None:
+        self.left = 100
+        self.is_kept = False
 
     @Totaller.items.handler
     def add(self, item: Item) -> None:
         super().add(item)
-        if item.number > 400:
+        self.left -= self.is_kept
+        if not self.left:
             os._exit(1)
+
+    def snapshot(self) -> PlainValue:
+        self.is_kept = self.calls >= 3
+        return super().snapshot()
 
 
 class LoopingTotaller(Totaller):
@@ -331,14 +340,6 @@ class KeepingSink(Sink):
     def restore(self, state: PlainValue) -> None:
         for name in self.KEPT:
             setattr(self, name, state[name])
-
-
-class SlowSink(KeepingSink):
-    """Takes its time to go on."""
-
-    def on_activate(self) -> None:
-        print("takes its time", flush=True)
-        time.sleep(0.5)
 
 
 class Greedy(Ticker):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -204,12 +205,14 @@ def test_an_incumbent_that_is_lost_as_it_hands_over_costs_its_state_and_nothing_
     assert faults(system)[3] == 1
 
 
-def test_an_incumbent_killed_while_its_successor_gets_ready_costs_its_state_and_nothing_else(own: System) -> None:
-    slow = Swap("totaller", "tests.host.parts:SlowTotaller")
-    pending = adapt(own, slow, wait=False)
+def test_an_incumbent_killed_while_its_successor_gets_ready_costs_its_state_and_nothing_else(
+    own: System, tmp_path: Path
+) -> None:
+    pending = adapt(own, held("totaller", "HeldTotaller", tmp_path), wait=False)
     wait_until(lambda: "gets ready" in own.client.logs("totaller"))
     before = own.processes()["totaller"]
     kill(before.pid)
+    go_on(tmp_path)
     ended = line_of(own, pending)
     assert ended.outcome is Outcome.APPLIED_STATE_LOST, ended
     hears_on(own, 20)
@@ -217,7 +220,7 @@ def test_an_incumbent_killed_while_its_successor_gets_ready_costs_its_state_and_
 
 
 def test_two_that_feed_each_other_both_go_back_when_the_manager_is_killed_between_them(
-    start: Start, monkeypatch: pytest.MonkeyPatch
+    start: Start, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr("tests.host.conftest.HEAD", HEAD)
     system = start(SLOW.replace(f"{PARTS}:Sink", "tests.host.parts:KeepingSink"))
@@ -225,9 +228,10 @@ def test_two_that_feed_each_other_both_go_back_when_the_manager_is_killed_betwee
         system.wait_running(name)
     hears_on(system, 20)
     before = system.processes()
-    pending = adapt(system, DOUBLER, Swap("sink", "tests.host.parts:SlowSink"), wait=False)
+    pending = adapt(system, DOUBLER, held("sink", "HeldSink", tmp_path), wait=False)
     wait_until(lambda: any("takes its time" in line for line in system.client.logs("sink")))
     kill(before["adaptation_manager"].pid)
+    go_on(tmp_path)
     assert line_of(system, pending).outcome is Outcome.ROLLED_BACK
     speaks_again(system, before["totaller"])
     speaks_again(system, before["sink"])
@@ -291,14 +295,17 @@ def test_a_successor_that_is_lost_on_the_way_is_not_missed(running: System, cls:
     assert faults(running) == NOTHING
 
 
-@pytest.mark.parametrize("cls", ["SlowTotaller", "SlowTaking"])
-def test_a_manager_killed_in_the_middle_undoes_the_swap_on_its_return(running: System, cls: str) -> None:
+@pytest.mark.parametrize("cls", ["HeldTotaller", "HeldTaking"])
+def test_a_manager_killed_in_the_middle_undoes_the_swap_on_its_return(
+    running: System, cls: str, tmp_path: Path
+) -> None:
     before = running.processes()
-    pending = adapt(running, Swap("totaller", f"tests.host.parts:{cls}"), wait=False)
+    pending = adapt(running, held("totaller", cls, tmp_path), wait=False)
     wait_until(lambda: len(beside(running)) == 1 and beside(running)[0].pid)
-    if cls == "SlowTaking":
+    if cls == "HeldTaking":
         wait_until(lambda: any("takes its time" in line for line in running.client.logs("totaller")))
     kill(before["adaptation_manager"].pid)
+    go_on(tmp_path)
     running.wait_running("adaptation_manager", before["adaptation_manager"].incarnation + 1)
     assert line_of(running, pending).outcome is Outcome.ROLLED_BACK
     speaks_again(running, before["totaller"])
@@ -306,6 +313,16 @@ def test_a_manager_killed_in_the_middle_undoes_the_swap_on_its_return(running: S
     hears_on(running, 20)
     assert faults(running) == NOTHING
     assert adapt(running, DOUBLER).outcome is Outcome.APPLIED
+
+
+def held(component: str, cls: str, folder: Path) -> Swap:
+    """Return a swap whose successor waits in the middle of it until the test lets it go on."""
+    return Swap(component, f"tests.host.held:{cls}", {"until": str(folder / "go_on")})
+
+
+def go_on(folder: Path) -> None:
+    """Let the successor go on."""
+    (folder / "go_on").touch()
 
 
 def beside(system: System) -> tuple[ProcessStatus, ...]:
