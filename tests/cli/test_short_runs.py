@@ -8,9 +8,6 @@ from pathlib import Path
 import pytest
 
 from tests.support.commands import in_home, run
-from tests.support.machine.processes import kill
-from tests.support.systems import System, all_ended, home
-from tests.support.waiting import PATIENCE, wait_until
 
 pytestmark = pytest.mark.slow
 
@@ -54,6 +51,21 @@ class Failing(World):
         super().advance(tick, seconds)
         if self.ticks == 20:
             self.kit.fail("the sky fell")
+"""
+DYING = """\
+import os
+
+from regraft import run_directory
+from regraft.sim_service.world import World
+
+
+class Dying(World):
+    def advance(self, tick, seconds):
+        super().advance(tick, seconds)
+        died = run_directory.folder(self.kit.system) / "died"
+        if self.ticks == 40 and not died.exists():
+            died.touch()
+            os._exit(3)
 """
 
 
@@ -109,15 +121,12 @@ def test_a_run_ends_when_its_source_of_time_fails_in_it_and_states_why(tmp_path:
 
 def test_the_pace_of_a_run_counts_the_time_before_its_world_died(tmp_path: Path) -> None:
     (tmp_path / "world.xml").write_text(WORLD)
-    (tmp_path / "stack.yaml").write_text(STACK.format(world="regraft.sim_service.world:World"))
-    with home(tmp_path / "home"), all_ended() as started:
-        options = ("--system", "tests", "--speed", "real", "--for", "4", "--json")
-        started.append(system := System(tmp_path / "stack.yaml", *options))
-        wait_until(lambda: (clock := system.client.clock()) is not None and clock.time >= 2e9, "2 simulated seconds")
-        kill(system.wait_running("world").pid)
-        assert system.process.wait(2 * PATIENCE) == 0, system.log.read_text()
-    said = (tmp_path / "up.log").read_text()
-    closing = json.loads(said[said.index("{") :])
+    (tmp_path / "dying_world.py").write_text(DYING)
+    (tmp_path / "stack.yaml").write_text(STACK.format(world="dying_world:Dying"))
+    words = ("up", str(tmp_path / "stack.yaml"), "--speed", "real", "--for", "4", "--headless", "--json")
+    done = run(*words, cwd=tmp_path, environment=in_home(tmp_path / "home"))
+    assert done.returncode == 0, done.stderr
+    closing = json.loads(done.stdout)
     assert closing["simulated_s"] == 4.0
     assert closing["restarts"] == 1
     # A run at the pace of the wall clock is never faster than that.

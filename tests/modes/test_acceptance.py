@@ -15,6 +15,7 @@ from regraft.bus_schema.messages.management.modes import MODES, ModesRequest, Pa
 from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.model.adaptation import ARCHITECTURE, JOURNAL
 from regraft.bus_schema.model.architecture import Architecture
+from tests.modes.parts import RECOVERS_AFTER
 from tests.modes.stacks import REAL, write
 from tests.modes.wholes import whole_modes
 from tests.support.commands import in_home, run
@@ -48,9 +49,10 @@ def test_it_degrades_within_half_a_second_and_returns_and_all_runs_are_one(tmp_p
 
 @pytest.fixture
 def system(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[System]:
-    """The system under the real clock."""
+    """The system under the real clock; a failure lasts the longer, the slower the machine is."""
     monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
-    made = System(write(tmp_path, REAL))
+    lasting = f"recovers_after: {RECOVERS_AFTER * slowness():.1f}, failures: 1000"
+    made = System(write(tmp_path, REAL.replace("failures: 1000", lasting)))
     yield made
     made.end()
 
@@ -83,9 +85,17 @@ def test_it_degrades_and_returns_under_the_real_clock(system: System) -> None:
     wait_until(lambda: _is_whole(system, "degraded"), "degraded")
     wait_until(lambda: _is_whole(system, "normal"), "normal")
     _no_revision_was_half_a_mode(system)
-    (failed, *_) = system.said("component.failed", "laser")
-    (entered, *_) = [each for each in system.events if each.kind == "adaptation.applied"]
-    assert entered.stamp - failed.stamp < 0.5 * slowness() or entered.stamp < failed.stamp
+    wait_until(lambda: _failures(system), "a failure of the laser and its end")
+    failed, recovered = _failures(system)[0]
+    applied = [each.stamp for each in system.events if each.kind == "adaptation.applied"]
+    assert any(failed < stamp < recovered for stamp in applied), (failed, applied, recovered)
+
+
+def _failures(system: System) -> list[tuple[float, float]]:
+    """Return when the laser failed and when each failure was over, of those that were heard of as a whole."""
+    failed = [each.stamp for each in system.said("component.failed", "laser")]
+    recovered = [each.stamp for each in system.said("component.recovered", "laser")]
+    return list(zip(failed, [stamp for stamp in recovered if failed and stamp > failed[0]], strict=False))
 
 
 def _wait_for_another(system: System, victim: str, pid: int) -> None:

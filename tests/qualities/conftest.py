@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
-from tests.support.systems import System, home
+from tests.support.systems import System, all_ended, home
 
 REAL = """\
 system: tests
@@ -19,6 +20,16 @@ components:
   plain: {class: tests.qualities.parts:Plain}
   listener: {class: tests.qualities.parts:Listener}
 """
+SIMULATED = """\
+system: tests
+clock: simulated
+speed: real
+topics: {world_state: regraft/WorldState}
+components:
+  world: {class: 'regraft.sim_service.world:World', parameters: {file: world.xml}}
+  gauge: {class: tests.qualities.parts:Gauge}
+"""
+WORLD = '<mujoco><worldbody><geom type="plane" size="5 5 .1"/></worldbody></mujoco>'
 
 
 @pytest.fixture(scope="module")
@@ -30,3 +41,14 @@ def system(tmp_path_factory: pytest.TempPathFactory) -> Iterator[System]:
         made = System(folder / "stack.yaml")
         yield made
         made.end()
+
+
+@pytest.fixture
+def simulated(tmp_path: Path) -> Iterator[System]:
+    """Run a gauge under simulated time, in whose stamps no process is late."""
+    (tmp_path / "world.xml").write_text(WORLD)
+    (tmp_path / "stack.yaml").write_text(SIMULATED)
+    with home(tmp_path / "home"), all_ended() as started:
+        started.append(System(tmp_path / "stack.yaml"))
+        started[0].wait_running("gauge")
+        yield started[0]

@@ -32,6 +32,10 @@ OBJECTIVE = (
     'status="{state}" realization_out="{realization}">{}</Objective>'
 )
 PAGE = ROOT / "docs" / "metacontrol.md"
+UNTIL_ENOUGH = (
+    '<RetryUntilSuccessful num_attempts="-1"><Sequence><Sleep msec="100"/><ScriptCondition code="enough"/></Sequence>'
+    "</RetryUntilSuccessful>"
+)
 DRIVE = '<NavigateTo name="drive" x="1" y="2"/>'
 
 
@@ -131,7 +135,7 @@ def test_an_objective_over_rest_is_provided_and_shown_with_those_that_it_require
 
 
 def test_a_tree_has_its_objective_while_its_child_is_at_work(system: System, tmp_path: Path) -> None:
-    load(system, tmp_path, OBJECTIVE.replace("{}", '<Sleep msec="4000"/>'))
+    load(system, tmp_path, '<Script code="enough := false"/>', OBJECTIVE.replace("{}", UNTIL_ENOUGH))
     wait_until(lambda: board(system).get("realization") == "normal", "the realization")
     (found,) = system.ask("objective", "list")["objectives"]
     assert (found["objective"], found["task"], found["requirements"]) == (
@@ -139,6 +143,7 @@ def test_a_tree_has_its_objective_while_its_child_is_at_work(system: System, tmp
         "rounds",
         {"safety": 0.5, "energy": 0.5},
     )
+    system.ask("mission", "set", "enough=true")
     wait_until(lambda: system.ask("mission", "show")["state"] == "succeeded", "the end of the mission")
     wait_until(lambda: system.ask("objective", "list")["objectives"] == [], "the end of the objective")
     wait_until(lambda: system.components()["controller"]["state"] == "inactive", "rest")
