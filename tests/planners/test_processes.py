@@ -18,7 +18,7 @@ from regraft.bus_schema.messages.protocol.control import Snapshot
 from tests.cli.app import whole
 from tests.support.machine.processes import kill
 from tests.support.systems import System, home
-from tests.support.waiting import wait_until
+from tests.support.waiting import PATIENCE, wait_until
 
 HERE = Path(__file__).parent
 REQUEST = HERE / "request.yaml"
@@ -51,6 +51,7 @@ def credited(system: System) -> int:
 
 def test_what_was_learned_and_the_tickets_outlive_a_killed_planner(system: System) -> None:
     process = system.wait_running("bandits")
+    assert system.client.architecture(timeout=PATIENCE), "the manager answers once it has taken over"
     chosen: list[Any] = []
     credit: dict[str, Any] = {}
     checkpoints: list[Any] = []

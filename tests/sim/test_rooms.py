@@ -22,6 +22,7 @@ from regraft.sim_service.simulation import Simulation
 from regraft.sim_service.survey import goals, ground_map
 from regraft.stacks.frog.studies.arms.scenarios import in_other_rooms
 from tests.support.paths import ROOT
+from tests.support.waiting import PATIENCE
 from tests.support.worlds import WORLD, waffle
 
 pytestmark = pytest.mark.slow
@@ -194,12 +195,12 @@ def test_no_wall_or_box_is_drawn_where_a_robot_is_placed(tmp_path: Path) -> None
 
 
 FORKED = """
-import cv2, os, signal
+import cv2, os, signal, sys
 from tests.sim.test_rooms import room
 room(1)
 child = os.fork()
 if child == 0:
-    signal.alarm(20)
+    signal.alarm(int(sys.argv[1]))
     cv2.setNumThreads(1)
     cv2.GaussianBlur(__import__("numpy").zeros((2000, 2000), "u1"), (9, 9), 0)
     os._exit(0)
@@ -208,5 +209,6 @@ print(os.waitpid(child, 0)[1])
 
 
 def test_a_process_that_has_loaded_a_room_can_be_forked() -> None:
-    ended = subprocess.run([sys.executable, "-c", FORKED], cwd=ROOT, capture_output=True, text=True, timeout=60)
+    command = [sys.executable, "-c", FORKED, str(round(PATIENCE))]
+    ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=3 * PATIENCE)
     assert (ended.stdout, ended.returncode) == ("0\n", 0), ended.stderr

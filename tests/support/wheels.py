@@ -12,8 +12,9 @@ from pathlib import Path
 import pytest
 
 from tests.support.paths import ROOT
+from tests.support.waiting import PATIENCE
 
-BOUND = 120.0
+BOUND = 4 * PATIENCE
 """Seconds."""
 
 
