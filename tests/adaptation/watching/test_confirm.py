@@ -5,11 +5,11 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import pytest
 
 from regraft import CallFailed
-from regraft.adaptation_manager.execution.confirmation import Watch
 from regraft.adaptation_manager.journal.journal import Journal, JournalError
 from regraft.bus_schema.messages.management.manager import ArchitectureRequest, ConfirmAdaptation
 from regraft.bus_schema.messages.quality import Quality
@@ -26,9 +26,9 @@ from regraft.bus_schema.model.adaptation import (
 )
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.lifecycle import State, Transition
-from regraft.bus_schema.model.watched import Breach
 from tests.adaptation.parts import Fragile
 from tests.adaptation.system import System
+from tests.adaptation.watching.conftest import Looks
 from tests.support.waiting import PATIENCE, wait_until
 
 LOUDER = SetParameters("listener", {"gain": 0.9})
@@ -140,11 +140,11 @@ def _leaves_its_state(system: System) -> None:
     ],
 )
 def test_a_component_that_does_not_stay_well_undoes_it(
-    system: System, break_it: Callable[[System], None], why: str
+    system: System, looks: Looks, break_it: Callable[[System], None], why: str
 ) -> None:
     specs = dict(system.host.specs)
     line = _confirming(system, LOUDER, SetParameters("second", {"gain": 0.2}))
-    break_it(system)
+    looks.before_the_next(partial(break_it, system))
     ended = _ended(system, line.id)
     assert ended.outcome is Outcome.ROLLED_BACK, ended
     assert f"not confirmed: {why}" in ended.error
@@ -215,33 +215,21 @@ def test_to_watch_without_a_time_to_confirm_is_refused(system: System) -> None:
     assert (report.outcome, report.violations[0].field) == (Outcome.REJECTED, "watch")
 
 
-def test_a_requirement_that_was_broken_before_has_until_the_end(system: System) -> None:
+def test_a_requirement_that_was_broken_before_has_until_the_end(system: System, looks: Looks) -> None:
     _tell(system, False)
     report = system.adapt(LOUDER, confirm=SHORT, watch=("MoveSafely",))
     assert report.outcome is Outcome.ROLLED_BACK
     assert "MoveSafely was broken before, and still is" in report.error
-    line = _confirming(system, LOUDER, watch=("MoveSafely",), confirm=2.0)
-    _tell(system, True)
-    assert _ended(system, line.id).outcome is Outcome.APPLIED
+    looks.before_the_last(partial(_tell, system, True))
+    assert system.adapt(LOUDER, watch=("MoveSafely",), confirm=SHORT).outcome is Outcome.APPLIED
 
 
-def test_a_requirement_that_was_broken_before_and_met_since_must_not_break_again(
-    system: System, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    looks: list[bool] = []
-    real = Watch.look
-
-    async def look(self: Watch, last: bool) -> list[Breach]:
-        found = await real(self, last)
-        looks.append(last)
-        return found
-
-    monkeypatch.setattr(Watch, "look", look)
+def test_a_requirement_that_was_broken_before_and_met_since_must_not_break_again(system: System, looks: Looks) -> None:
     _tell(system, False)
     line = _confirming(system, LOUDER, watch=("MoveSafely",))
     _tell(system, True)
-    asked = len(looks)
-    wait_until(lambda: len(looks) > asked + 1)
+    asked = looks.count
+    wait_until(lambda: looks.count > asked + 1)
     _tell(system, False)
     assert "MoveSafely broke" in _ended(system, line.id).error
 

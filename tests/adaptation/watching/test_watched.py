@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ from tests.adaptation.conditions import MALFORMED
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import ADAPT, Ticker
 from tests.adaptation.system import SYSTEM, System, small_architecture, spec_of, started
+from tests.adaptation.watching.conftest import Looks
 from tests.adaptation.watching.gauging import Gauge
 from tests.support.waiting import PATIENCE, wait_until
 
@@ -136,6 +138,7 @@ SECOND = Condition(component="second", state=State.ACTIVE)
 )
 def test_what_breaks_undoes_it_and_is_in_the_report_and_the_event(
     gauged: System,
+    looks: Looks,
     condition: Condition,
     break_it: Any,
     code: BreachCode,
@@ -146,7 +149,7 @@ def test_what_breaks_undoes_it_and_is_in_the_report_and_the_event(
     system = gauged
     line = _confirming(system, SetParameters("fragile", {"level": 3}), LOUDER, watch=(condition,))
     wait_until(lambda: system.view("listener").parameters["gain"] == 0.9)
-    break_it(system)
+    looks.before_the_next(partial(break_it, system))
     ended = _ended(system, line.id)
     assert ended.outcome is Outcome.ROLLED_BACK, ended
     (broken,) = ended.broken
@@ -184,8 +187,8 @@ def test_what_is_never_known_is_not_confirmed_however_patient(gauged: System) ->
 
 def test_what_was_measured_before_the_adaptation_says_nothing(gauged: System) -> None:
     gone = Condition(component="gauge", state=State.INACTIVE)
-    line = _confirming(gauged, ChangeState("gauge", Transition.DEACTIVATE), watch=(gone,), confirm=0.5)
-    assert _ended(gauged, line.id).outcome is Outcome.APPLIED
+    rest = ChangeState("gauge", Transition.DEACTIVATE)
+    assert gauged.adapt(rest, confirm=0.5, watch=(gone,)).outcome is Outcome.APPLIED
     back = ChangeState("gauge", Transition.ACTIVATE)
     assert gauged.adapt(back, confirm=0.6, watch=(LEVEL,)).outcome is Outcome.APPLIED
 
