@@ -67,7 +67,7 @@ def site(request: pytest.FixtureRequest) -> Iterator[Threads]:
 
 def _goals(site: Threads) -> list[RunningGoal]:
     """Return the goals that are pursued."""
-    return [goal for server in site.runtimes["totaller", 1].servers for goal in server.goals.values()]
+    return [goal for server in site.runtimes["totaller", 1].servers for goal in list(server.goals.values())]
 
 
 def _start(site: Threads, cls: type[Component] = Sender) -> None:

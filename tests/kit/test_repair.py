@@ -93,7 +93,7 @@ def listener(hub: tuple[ZenohBus, int], request: pytest.FixtureRequest) -> Itera
 
 
 def in_sequence(listener: ComponentThread) -> bool:
-    heard = listener.component.heard
+    heard = list(listener.component.heard)  # it hears on
     return bool(heard == list(range(heard[0], heard[-1] + 1)))
 
 

@@ -32,6 +32,14 @@ def _hears_more(listener: Any, since: int) -> bool:
     return len(listener.log) > since
 
 
+def _heard_of(source: str, listeners: list[Any]) -> list[int]:
+    return [n for listener in listeners for who, n in list(listener.log) if who == source]
+
+
+def _have_heard(listeners: list[Any], source: str, numbers: set[int]) -> bool:
+    return numbers <= {*_heard_of(source, listeners)}
+
+
 def _each_is_contiguous(runs: list[list[int]]) -> bool:
     return all(run == list(range(run[0], run[0] + len(run))) for run in runs)
 
@@ -62,8 +70,10 @@ def test_two_outputs_that_change_places_lose_and_double_nothing(system: System) 
         for listener, count in zip(listeners, heard, strict=True):
             wait_until(partial(_hears_more, listener, count))
     for source in ("talker", "other"):
-        everywhere = sorted(n for listener in listeners for who, n in list(listener.log) if who == source)
         first = next(n for who, n in listeners[source == "other"].log if who == source)
+        said = {*range(first, system.running[source].component.sent + 1)}
+        wait_until(partial(_have_heard, listeners, source, said), "all that was said so far to be heard")
+        everywhere = sorted(_heard_of(source, listeners))
         assert everywhere == list(range(first, first + len(everywhere)))
 
 

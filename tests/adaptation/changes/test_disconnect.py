@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.model.adaptation import (
     Add,
@@ -24,7 +25,7 @@ from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.failures.test_recovery import dying_at
 from tests.adaptation.optional_ports import HERE, Ear, Voice
-from tests.adaptation.system import System, small_architecture, spec_of, started
+from tests.adaptation.system import SYSTEM, System, small_architecture, spec_of, started
 from tests.support.waiting import PATIENCE, wait_until
 
 OFF = Connect("ear", "heard", None)
@@ -106,6 +107,8 @@ def test_readers_get_all_that_an_output_put_before_it_is_disconnected(pair: Syst
     _hears(pair)
     report = pair.adapt(MUTE)
     assert report.outcome is Outcome.APPLIED, report
+    put = pair.running["voice"].runtime.writers.numbering()[Keys(SYSTEM).topic("spoken")]
+    wait_until(lambda: _ear(pair).log[-1] == put, "the last number that was put")
     log = list(_ear(pair).log)
     assert _is_contiguous(log)
     sent = _sent(pair)

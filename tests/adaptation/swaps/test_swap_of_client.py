@@ -18,7 +18,7 @@ from tests.support.waiting import PATIENCE, wait_until
 
 def _goals(system: System) -> list[RunningGoal]:
     """Return the goals that are pursued."""
-    return [goal for server in system.running["totaller"].runtime.servers for goal in server.goals.values()]
+    return [goal for server in system.running["totaller"].runtime.servers for goal in list(server.goals.values())]
 
 
 def test_the_goal_of_a_client_that_is_swapped_ends_in_step(tmp_path: Path) -> None:
