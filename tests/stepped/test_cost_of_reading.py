@@ -72,6 +72,7 @@ def told(worker: type[Component], seconds: float, *, reads: bool) -> tuple[Count
     return counts, acks
 
 
+@pytest.mark.usefixtures("all_sent_once")
 def test_a_reader_of_faults_costs_no_message_in_a_tick_without_a_fault() -> None:
     further = {}
     for seconds in (1.0, 4.0):
