@@ -130,7 +130,7 @@ def test_it_goes_through_the_lifecycle_and_refuses_what_is_not_legal(system: Sys
         system.control("bare", "transition", SetTransition(Transition.ACTIVATE), ComponentView)
     assert refused.value.error.code is ControlCode.FAILED
     for payload in (b"\xc1", codec.pack_plain({"transition": "fly"}), codec.pack_plain([])):
-        (answer,) = system.bus.query(system.keys.control("bare", 1, "transition"), payload, 2.0)
+        (answer,) = system.bus.query(system.keys.control("bare", 1, "transition"), payload, PATIENCE)
         assert answer.error
 
 

@@ -31,8 +31,8 @@ class Failover:
 
     def begin(self, host: str, target: str, components: Sequence[str]) -> None:
         """Have the components of a lost host moved."""
-        work = threading.Thread(target=self._move, args=(host, target, tuple(components)), daemon=True)
-        work.start()
+        args = (host, target, tuple(components))
+        threading.Thread(target=self._move, args=args, name="failover", daemon=True).start()
 
     def _move(self, host: str, target: str, components: tuple[str, ...]) -> None:
         loss = secrets.token_hex(4)

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
+from typing import TypeVar
 
 import pytest
 
 from regraft import Component, service
 from regraft.bus_schema.messages.management.manager import JournalPage, JournalRequest
 from regraft.bus_schema.model.adaptation import ADAPT, JOURNAL, AdaptationReport, AdaptationRequest, Outcome
+from regraft.client import Client
 from regraft.host.joining import failover
 from regraft.host.joining.failover import Failover
 from tests.support.stepped.site import Site
 from tests.support.waiting import PATIENCE, wait_until
+
+A = TypeVar("A")
 
 
 class SlowManager(Component):
@@ -38,6 +42,14 @@ class SlowManager(Component):
         return JournalPage(())
 
 
+class PatientClient(Client):
+    """Waits as long as need be for an answer to a question, but not for an adaptation."""
+
+    def call(self, service: str, request: object, reply: type[A], timeout: float = 5.0, *, patient: bool = False) -> A:
+        """Ask a service."""
+        return super().call(service, request, reply, PATIENCE if service == JOURNAL else timeout, patient=patient)
+
+
 @pytest.fixture
 def site(monkeypatch: pytest.MonkeyPatch) -> Iterator[Site]:
     monkeypatch.setattr(failover, "ANSWER_TIMEOUT", 0.1)
@@ -56,13 +68,17 @@ def begun(site: Site) -> tuple[SlowManager, list[str]]:
     return manager, said
 
 
-def test_a_manager_that_is_busy_is_waited_for_and_nothing_is_called_stranded(site: Site) -> None:
+def test_a_manager_that_is_busy_is_waited_for_and_nothing_is_called_stranded(
+    site: Site, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(failover, "Client", PatientClient)
     manager, said = begun(site)
-    before = len(threading.enumerate())
+    asking = [thread for thread in threading.enumerate() if thread.name == "failover"]
+    assert asking
     wait_until(lambda: len(manager.keys) >= 8, "it to be asked for longer than a silent manager is")
     assert said == []
     manager.may.set()
-    wait_until(lambda: len(threading.enumerate()) < before, "the asking to end")
+    wait_until(lambda: not any(thread.is_alive() for thread in asking), "the asking to end")
     assert said == []
     assert len(set(manager.keys)) == 1, "it is one adaptation, however often it is asked for"
 

@@ -20,11 +20,18 @@ from regraft.security.certificates import make
 from regraft.security.unreachable import why_unreachable
 from tests.host.moves.labs import certify
 from tests.support.machine.ports import free_port
+from tests.support.waiting import PATIENCE
 
 YEAR = timedelta(days=365)
 RESET = struct.pack("ii", 1, 0)
 
 Answer = Callable[[socket.socket], object]
+
+
+@pytest.fixture(autouse=True)
+def patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Take nobody for silent who is only slow to answer."""
+    monkeypatch.setattr(unreachable, "LOOK_TIMEOUT", PATIENCE)
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +116,8 @@ def babbling(link: socket.socket) -> None:
     ],
 )
 def test_what_ends_a_handshake_is_told(lab: Path, answer: Answer, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(unreachable, "LOOK_TIMEOUT", 0.5)
+    if answer is silent:
+        monkeypatch.setattr(unreachable, "LOOK_TIMEOUT", 0.5)
     with answering(answer) as port:
         assert why_unreachable(f"tls/127.0.0.1:{port}", _tls(lab, "edge")) == text
 
