@@ -18,6 +18,7 @@ from tests.support.commands import Command
 from tests.support.waiting import PATIENCE, wait_for, wait_until
 
 ATTEMPTS = 5
+MOST_LINES = 1000
 
 
 class System(Command):
@@ -82,6 +83,11 @@ class System(Command):
     def said(self, kind: str, subject: str) -> list[Event]:
         """Return the events of a kind about somebody."""
         return [event for event in self.events if event.kind == kind and event.subject == subject]
+
+    def logged(self, kind: str, component: str) -> list[str]:
+        """Return the texts of a component's events of a kind from its log: they may come before anybody listens."""
+        parts = [line.partition(f" {kind}: ") for line in self.client.logs(component, MOST_LINES, PATIENCE)]
+        return [text for _, found, text in parts if found]
 
     def end(self) -> int:
         """End it as Ctrl-C does; returns the exit code."""

@@ -16,12 +16,12 @@ from tests.support.waiting import wait_until
 
 RESTLESS = "  restless: {class: 'tests.hostile.components.unrepeatable:Restless'}\n"
 CALLS = ("numpy.random.rand", "random.choice", "random.random", "time.monotonic", "time.time", "uuid.uuid4")
-EVENT = re.compile(r"component\.unrepeatable: (\S+):(\d+): (\S+) gives something else in each run: use ")
+TEXT = re.compile(r"(\S+):(\d+): (\S+) gives something else in each run: use ")
 
 
 def _told(system: System) -> list[tuple[str, ...]]:
-    """Return the events in the component's log: they may come before anybody listens."""
-    return [found.groups() for line in system.client.logs("restless", 1000) if (found := EVENT.search(line))]
+    texts = system.logged("component.unrepeatable", "restless")
+    return [found.groups() for text in texts if (found := TEXT.match(text))]
 
 
 def _time(system: System) -> float:
