@@ -176,8 +176,9 @@ class Host(Supervisor):
             elif name not in self.processes and name not in self.standby_runs.processes:
                 self.past.take(name, kind, sample)
             elif kind == "checkpoint":
-                managed = self.standby_runs.called(name, Envelope.from_bytes(sample.attachment).incarnation)
-                if managed is not None:
+                incarnation = Envelope.from_bytes(sample.attachment).incarnation
+                managed = self.standby_runs.called(name, incarnation)
+                if managed is not None and incarnation >= managed.counts_from:
                     managed.checkpoint = sample.payload
             else:
                 status = codec.decode(sample.payload, ComponentStatus)

@@ -103,7 +103,8 @@ class HostApi:
 
     def _update(self, payload: bytes) -> HostStatus:
         update = codec.decode(payload, UpdateSpecs)
-        if not update.specs or any(spec.name not in self._supervisor.processes for spec in update.specs):
+        running = all(spec.name in self._supervisor.processes for spec in update.specs)
+        if not (update.specs and running) or update.on_trial or update.undoes is not None:
             self._catch_up()
         self._fence(update.term)
         self._supervisor.take_update(update)

@@ -25,6 +25,7 @@ from regraft.host.runs.managed_process import ManagedProcess
 from regraft.host.runs.restarts import RestartHistory
 from regraft.host.runs.run_history import RunHistory
 from regraft.host.runs.standby_runs import ALONE_TIMEOUT, StandbyRuns
+from regraft.host.runs.trials import Trials
 from regraft.host.watchdog.process_monitor import ProcessMonitor
 from regraft.host.zygote.zygote import Zygote
 from regraft.process.logs import log_of
@@ -54,6 +55,7 @@ class Supervisor:
         }
         self.past = RunHistory()
         self.standby_runs = StandbyRuns(self.processes, self.past)
+        self._trials = Trials()
         self.ended = False
         self._zygote = zygote
         self._clock = RealClock()
@@ -210,7 +212,8 @@ class Supervisor:
 
     def _forget(self, managed: ManagedProcess) -> None:
         del self.processes[managed.spec.name]
-        self.past.note(managed.spec.name, managed.incarnation, managed.checkpoint)
+        last = max(managed.incarnation, managed.counts_from)
+        self.past.note(managed.spec.name, last, managed.checkpoint)
         self._watching.forget(managed)
         self._next_status = 0.0
         self._publisher.event("component.removed", managed.spec.name, f"{managed.spec.name} was removed")
@@ -271,6 +274,7 @@ class Supervisor:
     def take_update(self, update: UpdateSpecs) -> None:
         """Start components by new specs from now on; touches no process."""
         self.revision = update.revision
+        self._see_to_trials(update)
         self.plan = self.plan.updated(update)
         for spec in update.specs:
             if spec.host == self.plan.name:
@@ -279,6 +283,19 @@ class Supervisor:
                 self.standby_runs.step_aside(spec.name)
         for name in self.processes.keys() & set(update.removed):
             self.processes[name].remove()
+
+    def _see_to_trials(self, update: UpdateSpecs) -> None:
+        """Keep what runs on trial continue from, and go back to that where they are undone."""
+        self._trials.settle(update.revision)
+        undone = self._trials.undo(update.undoes) if update.undoes is not None else {}
+        for name, checkpoint in undone.items():
+            if name in self.processes:
+                self.processes[name].go_back(checkpoint)
+            else:
+                self.past.go_back(name, checkpoint)
+        for name in update.on_trial:
+            managed = self.processes.get(name)
+            self._trials.begin(name, update.revision, managed.checkpoint if managed else self.past.checkpoint(name))
 
     def _take_spec(self, spec: ComponentSpec) -> None:
         managed = self.processes.get(spec.name)

@@ -21,6 +21,7 @@ from regraft.adaptation_manager.steps.actions import (
     LeaveStopped,
     PlannedStep,
     Restore,
+    RunProcess,
     StartAgain,
 )
 from regraft.adaptation_manager.targets.component_client import ControlFailed, NoAnswer
@@ -171,6 +172,8 @@ async def undo(
     """
     problems = []
     context.revision = context.before.revision
+    if any(isinstance(step.do, RunProcess) for step in planned):
+        former = replace(former, undoes=context.after.revision)
     with contextlib.suppress(ControlFailed):  # giving them the specs reports that they do not answer
         await context.refresh()
     unknown = _unknown_at_home(context)

@@ -63,7 +63,7 @@ class Update:
     missed: Callable[[frozenset[str]], Future[list[Answer]] | None]
     """Notifies the first host of those that did not answer: it has them join again."""
     left: frozenset[str] = frozenset()
-    """The hosts that only lose components: one that does not answer learns of it by joining again."""
+    """The hosts that only lose components, or keep checkpoints: one that does not answer has to join again."""
 
     async def processes(self) -> dict[str, ProcessStatus]:
         """Return the processes that the hosts run now that they have the specs; raises ControlFailed."""
@@ -285,14 +285,15 @@ class Hosts:
 
         A spec concerns its host, any other that has a run of the component, and the first one. The first one gives it
         to a host that joins again. Topics and removed components concern all. A host that is not there gets them when
-        it joins, and has to if it is only silent.
+        it joins, and has to if it is only silent. All keep checkpoints, so what is on trial, or undone, is news to all.
         """
         of_all = update.removed or update.topics or update.removed_topics
         concerned = {*self.names} if of_all else {spec.host for spec in update.specs}
         if self.others and update.specs:
             concerned.add(FIRST)
         has_run = {spec.name: {host for host, _ in self.runs(spec.name)} for spec in update.specs}
-        left = set().union(*has_run.values()) - concerned
+        keep = {*self.names} if update.on_trial or update.undoes is not None else set()
+        left = keep.union(*has_run.values()) - concerned
         not_told = tuple(sorted(host for host in concerned | left if not self.is_there(host)))
         update = replace(update, term=self.term, not_told=not_told)
         updates = {}

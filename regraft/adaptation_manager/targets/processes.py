@@ -42,7 +42,7 @@ async def run_process(context: ExecutionContext, action: RunProcess) -> None:
     known = context.before.topics
     topics = tuple(topic for name, topic in context.after.topics.items() if known.get(name) != topic)
     held = replace(spec, state=state, restart=NOT_YET)
-    await context.hosts.give(UpdateSpecs(context.revision, (held,), topics=topics))
+    await context.hosts.give(UpdateSpecs(context.revision, (held,), topics=topics, on_trial=(spec.name,)))
     if action.leave_out:
         context.state_lost.add(spec.name)
         await _end_where_it_was(context, spec)

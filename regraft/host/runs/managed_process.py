@@ -26,6 +26,7 @@ class ManagedProcess:
     ``started_as`` is the incarnation as which its process was started, ``formerly`` are those that it has had until
     now; ``succeeds`` is whom it is to succeed. ``restart_by`` is when it is restarted although another run runs next to
     it, in monotonic seconds. ``awaited`` is set while a successor of it gets ready on another host.
+    ``counts_from`` is the incarnation from which on checkpoints count: a run on trial before it was undone.
     ``held_until`` is the simulated time at which it comes back if it ends now: then it ``is_held`` until asked for.
     """
 
@@ -51,6 +52,7 @@ class ManagedProcess:
     succeeds: Succession | None = None
     restart_by: float | None = None
     awaited: bool = False
+    counts_from: int = 0
     held_until: float | None = None
     is_held: bool = False
 
@@ -90,6 +92,10 @@ class ManagedProcess:
         if self.removed and self.stopping:
             self.start_again = True
         self.removed = self.owed = False
+
+    def go_back(self, checkpoint: bytes) -> None:
+        """Have an earlier checkpoint as the last one; those of the runs until now count no more."""
+        self.checkpoint, self.counts_from = checkpoint, self.incarnation + 1
 
     def release(self, now: float) -> None:
         """Start it now if it is held back."""

@@ -32,6 +32,12 @@ class RunHistory:
         while len(self._known) > MAX_NAMES:
             del self._known[next(iter(self._known))]
 
+    def go_back(self, component: str, checkpoint: bytes) -> None:
+        """Have an earlier checkpoint as the last one; those of the runs that were heard of count no more."""
+        known = self._known.get(component)
+        if known is not None:
+            known.incarnation, known.checkpoint = known.incarnation + 1, checkpoint
+
     def take(self, component: str, what: str, sample: Sample) -> None:
         """Take a status or a checkpoint from elsewhere; raises BadMessage."""
         incarnation = Envelope.from_bytes(sample.attachment).incarnation

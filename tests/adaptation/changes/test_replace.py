@@ -64,6 +64,18 @@ def test_a_replacement_that_is_no_better_leaves_it_as_it_was(site: System) -> No
     hears_on(site)
 
 
+def test_hosts_keep_the_checkpoint_of_before_a_replacement_and_hear_that_it_was_undone(site: System) -> None:
+    _broken(site, ProcessState.QUARANTINED)
+    began = len(site.host.updates)
+    assert site.adapt(Swap("totaller", class_of("Lame"))).outcome is Outcome.ROLLED_BACK
+    trial, *_, last = site.host.updates[began:]
+    assert (trial.on_trial, trial.revision) == (("totaller",), 2)
+    assert (last.undoes, last.revision) == (2, 1)
+    began = len(site.host.updates)
+    assert site.adapt(DOUBLER).outcome is Outcome.APPLIED
+    assert [update.undoes for update in site.host.updates[began:]] == [None, None]
+
+
 def test_what_is_about_to_be_restarted_is_not_replaced_yet_and_why(site: System) -> None:
     _broken(site, ProcessState.STOPPED)
     site.host.processes["totaller"] = replace(site.host.processes["totaller"], state=ProcessState.WAITING)

@@ -94,6 +94,8 @@ class UpdateSpecs:
     ``topics`` are added to the topic table or replaced there, ``removed_topics`` are not in it any more.
     ``asked_modes`` are those that are asked for by then, None if they are as before. ``not_told`` are hosts that it
     concerns and that are not there, or did not answer: the first one has them join again.
+    Those ``on_trial`` are started in an adaptation that may be undone: hosts keep the last checkpoints apart.
+    ``undoes`` is the revision of an adaptation that is undone: these checkpoints are the last ones again.
     """
 
     revision: Count
@@ -104,6 +106,8 @@ class UpdateSpecs:
     removed_topics: tuple[str, ...] = ()
     asked_modes: dict[str, str] | None = None
     not_told: tuple[str, ...] = ()
+    on_trial: tuple[str, ...] = ()
+    undoes: Count | None = None
 
     def applied_to(self, architecture: Architecture) -> Architecture:
         """Return the architecture as it is with this update, and at its revision."""

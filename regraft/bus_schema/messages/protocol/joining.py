@@ -10,7 +10,7 @@ from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.hosts.offers import NO_OFFER, HostOffer
 
-PROTOCOL = 6
+PROTOCOL = 7
 """The version that hosts of one system must have in common: raised with every change that older ones would misread."""
 
 
