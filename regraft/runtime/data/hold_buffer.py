@@ -1,11 +1,14 @@
-"""The buffer of a component on hold: messages are kept, within bounds, for it may have to continue seamlessly."""
+"""The buffer of a component on hold, and what becomes of it: messages are kept, within bounds, for it may continue."""
 
 from __future__ import annotations
 
 from collections import Counter, deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
 
 from regraft.bus.interface import Sample
 from regraft.bus_schema.encoding.envelope import Envelope
+from regraft.runtime.core.overlap import Overlap
 from regraft.runtime.data.inbound import Consumer
 from regraft.runtime.data.replay_buffer import MAX_HELD, MAX_HELD_BYTES
 
@@ -37,3 +40,72 @@ class HoldBuffer:
         kept = list(self._kept)
         self._kept.clear()
         return kept
+
+
+class Backlog:
+    """The samples that were kept for one input and that have no room in its handler yet; then those behind them.
+
+    As much waits at a time as was kept. All beyond that is left out.
+    """
+
+    def __init__(self, overlap: Overlap, hand_on: Callable[[Sample], None]) -> None:
+        """Hand samples on to the handler whose calls are in ``overlap``."""
+        self._overlap = overlap
+        self._hand_on = hand_on
+        self.waiting: deque[Sample] = deque()
+        self._bytes = self._expected = self._most = self._most_bytes = 0
+        overlap.when_room = self._catch_up
+
+    def expect(self, kept: list[Sample]) -> None:
+        """Leave none of these samples out: they are the next to come."""
+        self._expected += len(kept)
+        self._most += len(kept)
+        self._most_bytes += sum(len(sample.payload) for sample in kept)
+
+    def take(self, sample: Sample) -> None:
+        """Hand a sample on in its turn."""
+        was_kept, self._expected = self._expected > 0, max(0, self._expected - 1)
+        if not self._most or (self._overlap.has_room and not self.waiting):
+            self._hand_on(sample)
+        elif was_kept or self._fits(sample):
+            self.waiting.append(sample)
+            self._bytes += len(sample.payload)
+        else:
+            self._overlap.left_out()
+        self._end_if_over()
+
+    def _fits(self, sample: Sample) -> bool:
+        return len(self.waiting) < self._most and self._bytes + len(sample.payload) <= self._most_bytes
+
+    def _catch_up(self) -> None:
+        while self.waiting and self._overlap.has_room:
+            sample = self.waiting.popleft()
+            self._bytes -= len(sample.payload)
+            self._hand_on(sample)
+        self._end_if_over()
+
+    def _end_if_over(self) -> None:
+        if not (self._expected or self.waiting):
+            self._most = self._most_bytes = 0
+
+    def forget(self) -> None:
+        """Drop what waits, and expect nothing more."""
+        self.waiting.clear()
+        self._bytes = self._expected = self._most = self._most_bytes = 0
+
+
+@dataclass(slots=True)
+class Move:
+    """An input on its way to another key: what has arrived there waits until the switch.
+
+    ``marks`` holds, per source, the incarnation and sequence of its first marker: what lies behind it is ours.
+    """
+
+    key: str
+    marks: dict[str, tuple[int, int]] = field(default_factory=dict)
+    held: list[Sample] = field(default_factory=list)
+
+    def ours(self) -> list[Sample]:
+        """Return what is to be handled after the switch, in the order of arrival."""
+        opened = [(Envelope.from_bytes(sample.attachment), sample) for sample in self.held]
+        return [sample for e, sample in opened if e.sequence > self.marks.get(e.source, (0, 0))[1]]
