@@ -191,7 +191,7 @@ class LiveInput(Generic[M]):
     def deliver(self, sample: Sample) -> None:
         """Take a sample in its turn; one from the key that the input is moving to waits for the switch."""
         if self.move is not None and sample.key == self.move.key:
-            self.move.held.append(sample)
+            self.move.keep(sample)
             return
         if self.paused or sample.key != self.key:
             return

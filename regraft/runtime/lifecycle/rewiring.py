@@ -206,6 +206,8 @@ class Rewiring:
         old, port.move = port.key, None
         port.connect(move.key, reliable=self._parts.is_reliable(move.key))
         self._connections.stop_reading(port.name, old)
+        for source, count in move.lost().items():
+            port.report_lost(source, count)
         self._parts.handle_first([(port, sample) for sample in move.ours()])
         return {"complete": complete}
 

@@ -9,6 +9,8 @@ from regraft.bus_schema.messages.protocol.control import (
     AskQualities,
     ControlCode,
     ControlError,
+    Rewire,
+    RewireStep,
     SetTransition,
     Snapshot,
     StateRequest,
@@ -111,6 +113,43 @@ def test_of_too_much_for_one_that_holds_still_the_oldest_goes_and_is_told(
     wait_until(lambda: len(said) == 4, "what was kept")
     assert [number.value for number in said] == [6, 7, 8, 9]
     wait_until(lambda: site.status("echo").lost == 6, "the loss to be told")
+
+
+def _opens_for_ten(site: Site) -> None:
+    """Open an input towards another topic, on which ten messages come behind its writer's marker."""
+    site.client.control("echo", "connections", Rewire(RewireStep.OPEN, "heard", "other"))
+    writer = site.writer("other", Number)
+    assert writer.wait_for_reader(PATIENCE)
+    writer.put(codec.encode(Number(99)))
+    writer.mark()
+    for number in range(10):
+        writer.put(codec.encode(Number(number)))
+    inbound = site.runtimes["echo"].inbound
+    wait_until(lambda: inbound.stream(writer.key, "source").handled == writer.sequence, "all to have come")
+
+
+@pytest.mark.parametrize("bound", ["MAX_HELD", "MAX_HELD_BYTES"])
+def test_of_too_much_for_an_input_that_nobody_switches_the_oldest_goes_and_is_told(
+    site: Site, monkeypatch: pytest.MonkeyPatch, bound: str
+) -> None:
+    size = 4 if bound == "MAX_HELD" else 4 * len(codec.encode(Number(0)))
+    monkeypatch.setattr(f"regraft.runtime.data.hold_buffer.{bound}", size)
+    site.start(Echo, "echo")
+    said = site.collect("said", Number)
+    _opens_for_ten(site)
+    site.client.control("echo", "connections", Rewire(RewireStep.SWITCH, "heard", "other"))
+    wait_until(lambda: len(said) == 4, "what was kept")
+    assert [number.value for number in said] == [6, 7, 8, 9]
+    wait_until(lambda: site.status("echo").lost == 6, "the loss to be told")
+
+
+def test_of_too_much_for_an_input_that_stays_nothing_is_told(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("regraft.runtime.data.hold_buffer.MAX_HELD", 4)
+    site.start(Echo, "echo")
+    _opens_for_ten(site)
+    site.client.control("echo", "connections", Rewire(RewireStep.ABANDON, "heard", "other"))
+    assert site.client.view("echo").connections["heard"] == "heard"
+    assert site.status("echo").lost == 0
 
 
 def test_parameters_are_set_together_or_not_at_all(site: Site) -> None:
