@@ -61,10 +61,6 @@ class Running:
     notices: tuple[str, ...] = ()
 
 
-_drawn: list[socket.socket] = []
-"""A name in the machine's network for each port that was drawn here: others that draw at the same time see it."""
-
-
 class NoPort(Exception):
     """This machine has no port for a hub; the text states why."""
 
@@ -78,14 +74,15 @@ def free_endpoint() -> str:
     for port in random.sample(PORTS, len(PORTS)):
         name = socket.socket(socket.AF_UNIX)
         try:
-            name.bind(f"\0regraft-port-{port}")  # abstract: it goes with its process, and no file is left
+            # A name in the machine's network that goes with its process: others that draw at the same time see it.
+            name.bind(f"\0regraft-port-{port}")
             with socket.socket() as probe:
                 probe.bind(("127.0.0.1", port))
         except OSError as error:
             name.close()
             why = (error.strerror or str(error)).lower()
         else:
-            _drawn.append(name)
+            name.detach()  # open, and so taken, until the process ends
             return f"tcp/127.0.0.1:{port}"
     raise NoPort(f"no TCP port of 127.0.0.1 from {PORTS[0]} to {PORTS[-1]} is free: {why}")
 
