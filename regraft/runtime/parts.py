@@ -119,19 +119,17 @@ class Parts:
     def _input(self, name: str) -> LiveInput[Any]:
         port = self.declared.inputs[name]
         method = getattr(self.component, port.handler_name) if port.handler_name else None
-        overlap = None
         if port.on_demand:
             return LiveInput(port, None, self.reporter, self.fetching if self.stepped else None)
         if method is not None and port.handler_takes_name:
             method = partial(method, name)
         if method is not None and inspect.iscoroutinefunction(method):
             left_out = partial(self.reporter.overrun, f"input {name!r}", messages=1)
-            overlap = self.overlapping(name, method, left_out, answers=True)
-            method = overlap.call
+            method = self.overlapping(name, method, left_out, answers=True)
         if method is not None and port.latest_only and not self.stepped:
             self._newest.append(NewestInput(port, method, self.reporter, self.inbox))
             return self._newest[-1]
-        return LiveInput(port, method, self.reporter, overlap=overlap)
+        return LiveInput(port, method, self.reporter)
 
     def _server(self, name: str) -> Server:
         offered = self.declared.services[name]
@@ -215,23 +213,12 @@ class Parts:
 
     def handle_first(self, kept: list[tuple[Consumer, Sample]]) -> None:
         """Handle what was kept for inputs before all that comes; in simulated time now, since a slot is one instant."""
-        self._expect(kept)
         if not self.stepped:
             self.inbound.ready.extendleft(reversed(kept))
             return
         for port, sample in kept:
             port.deliver(sample)
             self.reporter.beat_if_due()
-
-    def _expect(self, kept: Iterable[tuple[Consumer, Sample]]) -> None:
-        """Leave out nothing of what was kept: its handlers may have no room for all of it at once."""
-        by_reader: dict[int, list[Sample]] = {}
-        for consumer, sample in kept:
-            by_reader.setdefault(id(consumer), []).append(sample)
-        for port in self.inputs.values():
-            if port.backlog is not None:
-                reader = self.reader(port.key)
-                port.backlog.expect(by_reader.get(id(port), []) + by_reader.get(id(reader), []))
 
     def fail_if_wanted(self) -> None:
         """Fail now if a handler that has returned wanted to."""
@@ -242,7 +229,6 @@ class Parts:
         """Handle samples that were held, in their order."""
         for sample in samples:
             self.inbound.arrive(sample)
-        self._expect(self.inbound.ready)
         self.work()
 
     def guarded(self, where: str, call: Callable[[], object]) -> None:
@@ -259,9 +245,9 @@ class Parts:
         left_out: Callable[[], None],
         *,
         answers: bool = False,
-    ) -> Overlap:
+    ) -> Callable[..., None]:
         """Return what runs an asynchronous handler or timer; its calls may overlap within bounds."""
-        return Overlap(method, partial(self.spawn, name, answers=answers), left_out, self.tasks)
+        return Overlap(method, partial(self.spawn, name, answers=answers), left_out, self.tasks).call
 
     def spawn(
         self,

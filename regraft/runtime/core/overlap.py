@@ -25,24 +25,18 @@ class Overlap:
     ) -> None:
         """``spawn`` runs a coroutine as one of ``tasks``, and calls what else it is given at its end.
 
-        ``left_out`` is called where there is no room, and ``when_room`` whenever a call has ended.
+        ``left_out`` is called where there is no room.
         """
         self._method = method
         self._spawn = spawn
-        self.left_out = left_out
+        self._left_out = left_out
         self._tasks = tasks
         self._under_way = 0
-        self.when_room: Callable[[], object] = lambda: None
-
-    @property
-    def has_room(self) -> bool:
-        """Whether a call would begin rather than be left out."""
-        return self._under_way < MAX_OVERLAPPING
 
     def call(self, *arguments: Any) -> None:
         """Begin a call, or leave it out."""
-        if not self.has_room:
-            self.left_out()
+        if self._under_way >= MAX_OVERLAPPING:
+            self._left_out()
             return
         self._under_way += 1
         self._tasks.full += self._under_way == MAX_OVERLAPPING
@@ -51,4 +45,3 @@ class Overlap:
     def _ended(self) -> None:
         self._tasks.full -= self._under_way == MAX_OVERLAPPING
         self._under_way -= 1
-        self.when_room()

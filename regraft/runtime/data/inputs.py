@@ -16,9 +16,9 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.protocol.handover import HeldSample
 from regraft.component.future import Future
 from regraft.component.ports import Input
-from regraft.runtime.core.overlap import Overlap
 from regraft.runtime.data.fetching import Fetching, is_notice
-from regraft.runtime.data.hold_buffer import Backlog, HoldBuffer, Move
+from regraft.runtime.data.hold_buffer import HoldBuffer
+from regraft.runtime.data.move import Move
 
 M = TypeVar("M")
 
@@ -48,12 +48,10 @@ class LiveInput(Generic[M]):
         handle: Callable[[M], object] | None,
         reporter: Reporter,
         fetching: Fetching | None = None,
-        overlap: Overlap | None = None,
     ) -> None:
         """Start without a message, paused; ``handle`` is called with every message, if given.
 
-        With ``fetching``, an input that is read on demand gets by it what it opens. ``overlap`` has the calls of an
-        asynchronous handler.
+        With ``fetching``, an input that is read on demand gets by it what it opens.
         """
         self.declared = declared
         self._fetching = fetching if declared.on_demand else None
@@ -71,7 +69,6 @@ class LiveInput(Generic[M]):
         self._attachment = b""
         self._kept: deque[M] = deque(maxlen=declared.keep or 1)
         self._waiters: list[Future[M]] = []
-        self.backlog = Backlog(overlap, self._hand_on) if overlap is not None else None
 
     def connect(self, key: str, *, reliable: bool) -> None:
         """Read ``key`` from now on; holes are waited for and reported if its topic is ``reliable``."""
@@ -154,8 +151,6 @@ class LiveInput(Generic[M]):
         self._attachment = b""
         self._kept.clear()
         self._waiters.clear()
-        if self.backlog is not None:
-            self.backlog.forget()
 
     def wrap(self, around: Callable[[Callable[[M], object]], Callable[[M], object]]) -> None:
         """Have what ``around`` makes of the handler called instead of it."""
@@ -197,12 +192,7 @@ class LiveInput(Generic[M]):
             return
         if self.hold_buffer is not None:
             self.hold_buffer.keep(self, sample)
-        elif self.backlog is not None:
-            self.backlog.take(sample)
-        else:
-            self._hand_on(sample)
-
-    def _hand_on(self, sample: Sample) -> None:
+            return
         self._newest = sample
         if self._handle is None and not self._waiters and not self.declared.keep:
             return

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import chain
-
 from regraft.bus.interface import Sample
-from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.bus_schema.messages.protocol.handover import HandedOver, HandoverOffer, HeldSample, StreamPlace
 from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.component.component import Component, class_path, restore_state
@@ -66,7 +63,7 @@ class Transfer:
 
     def hand_over(self, held: ReplayBuffer, first: First, frozen_at: int, *, with_state: bool = True) -> HandedOver:
         """Return all that the successor needs, which holds everything from ``first`` on itself."""
-        streams, backlog = self._parts.inbound.streams, self._backlog()
+        streams = self._parts.inbound.streams
         early = (stream.waiting[n][1] for stream in streams.values() for n in sorted(stream.waiting))
         return HandedOver(
             self._checkpoints.snapshot(with_state=with_state),
@@ -76,12 +73,10 @@ class Transfer:
             self._parts.parameters.plain(),
             self._parts.writers.numbering(),
             tuple(self._parts.inbound.consumers),
-            tuple(_place(pair, stream, backlog.get(pair, [])) for pair, stream in streams.items()),
             tuple(
-                HeldSample(*sample)
-                for sample in (*chain(*backlog.values()), *early, *held.samples)
-                if not _has(first, sample)
+                StreamPlace(*pair, s.epoch, s.incarnation, s.handled, s.wired, s.since) for pair, s in streams.items()
             ),
+            tuple(HeldSample(*sample) for sample in (*early, *held.samples) if not _has(first, sample)),
             {name: _named(first, port.hand_over()) for name, port in self._parts.inputs.items()},
             tuple(client for server in self._parts.servers for client in server.hand_over()),
             self._parts.requests.asked,
@@ -90,14 +85,6 @@ class Transfer:
             tuple(self._parts.presence.requirements.values()),
             self._parts.requests.given,
         )
-
-    def _backlog(self) -> dict[tuple[str, str], list[Sample]]:
-        """Return what still waits for room in its handler, by key and source."""
-        found: dict[tuple[str, str], list[Sample]] = {}
-        backlogs = (port.backlog.waiting for port in self._parts.inputs.values() if port.backlog is not None)
-        for sample in chain(*backlogs):
-            found.setdefault((sample.key, Envelope.from_bytes(sample.attachment).source), []).append(sample)
-        return found
 
     def set_clock(self, now: int, tick: int | None) -> None:
         """Live at the time of the incumbent, if this is a member of simulated time: this run has not received the time
@@ -197,13 +184,6 @@ class Transfer:
             due = handed.timers.get(timer.name)
             if due is not None and due <= now + timer.period:
                 timer.due = due
-
-
-def _place(pair: tuple[str, str], stream: Stream, backlog: list[Sample]) -> StreamPlace:
-    """Return how far a stream is handled: up to what still waits for room."""
-    before = [Envelope.from_bytes(sample.attachment).sequence - 1 for sample in backlog]
-    handled = min((stream.handled, *before)) if stream.handled is not None else None
-    return StreamPlace(*pair, stream.epoch, stream.incarnation, handled, stream.wired, stream.since)
 
 
 def _has(first: First, sample: Sample) -> bool:

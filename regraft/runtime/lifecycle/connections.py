@@ -98,10 +98,6 @@ class Connections:
         self._hold_buffer = HoldBuffer()
         for port in self._parts.inputs.values():
             if port.reliable:
-                if port.backlog is not None:
-                    for sample in port.backlog.waiting:
-                        self._hold_buffer.keep(port, sample)
-                    port.backlog.forget()
                 port.hold_buffer = self._hold_buffer
 
     def resume(self) -> None:
@@ -117,5 +113,3 @@ class Connections:
         for port in self._parts.inputs.values():
             if port.hold_buffer is None:
                 port.paused = paused
-                if paused and port.backlog is not None:
-                    port.backlog.forget()

@@ -25,7 +25,7 @@ class PeriodicCalls:
         for name, period in parts.declared.timers.items():
             method = getattr(parts.component, name)
             if inspect.iscoroutinefunction(method):
-                method = parts.overlapping(name, method, partial(parts.reporter.overrun, f"timer {name!r}")).call
+                method = parts.overlapping(name, method, partial(parts.reporter.overrun, f"timer {name!r}"))
             parts.timers.start(name, parts.around(method), period.nanoseconds(parts.parameters.values), now)
         every = type(parts.component).checkpoint_every
         if every is not None:

@@ -13,9 +13,9 @@ from functools import partial
 from regraft.bus_schema.keys import topic_name
 from regraft.bus_schema.messages.protocol.control import Peer, Rewire, RewireStep
 from regraft.runtime.core.pending import Pending
-from regraft.runtime.data.hold_buffer import Move
 from regraft.runtime.data.inbound import Frontier
 from regraft.runtime.data.inputs import LiveInput
+from regraft.runtime.data.move import Move
 from regraft.runtime.data.stream import Stream
 from regraft.runtime.lifecycle.connections import Connections
 from regraft.runtime.parts import Parts
@@ -206,7 +206,8 @@ class Rewiring:
         old, port.move = port.key, None
         port.connect(move.key, reliable=self._parts.is_reliable(move.key))
         self._connections.stop_reading(port.name, old)
-        for source, count in move.lost().items():
+        # An inactive component was to handle none of them.
+        for source, count in (move.lost() if not port.paused else {}).items():
             port.report_lost(source, count)
         self._parts.handle_first([(port, sample) for sample in move.ours()])
         return {"complete": complete}

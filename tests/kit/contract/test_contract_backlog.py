@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import time
 
-import pytest
-
-from regraft import Component, Input, Parameter
+from regraft import Component, Input
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.envelope import is_marker
 from regraft.bus_schema.messages.protocol.control import Rewire, RewireStep, SetTransition
@@ -19,7 +17,6 @@ from tests.support.waiting import PATIENCE, wait_until
 
 KEPT = 60
 LASTS = 0.02
-ROOM = 10
 HEARTBEAT = 0.05
 
 
@@ -48,21 +45,6 @@ class Prompt(Component):
     @heard.handler
     async def take(self, number: Number) -> None:
         self.handled.append(number.value)
-
-
-class Pondering(Component):
-    """Begins with each number at once, and takes its time for it."""
-
-    heard = Input(Number)
-    lasts = Parameter(LASTS, "time that each number takes", unit="s")
-
-    def __init__(self) -> None:
-        self.begun: list[int] = []
-
-    @heard.handler
-    async def take(self, number: Number) -> None:
-        self.begun.append(number.value)
-        await self.kit.sleep(self.lasts)
 
 
 def _beats(site: Site, careful: Careful) -> list[int]:
@@ -121,74 +103,3 @@ def test_one_that_goes_on_misses_nothing_however_much_was_kept(site: Site) -> No
     site.client.control("careful", "transition", SetTransition(Transition.ACTIVATE))
     wait_until(lambda: len(prompt.handled) >= many, "all to be handled")
     assert prompt.handled == [*range(many)]
-
-
-@pytest.fixture
-def pondering(site: Site, monkeypatch: pytest.MonkeyPatch) -> Pondering:
-    """Return a component whose handler has little room."""
-    monkeypatch.setattr("regraft.runtime.core.overlap.MAX_OVERLAPPING", ROOM)
-    return site.start(Pondering, "careful")
-
-
-def _put_more(writer: Writer, first: int, many: int) -> None:
-    for number in range(first, first + many):
-        writer.put(codec.encode(Number(number)))
-
-
-def test_what_was_kept_waits_for_room_in_its_handler_and_what_comes_meanwhile_behind_it(
-    site: Site, pondering: Pondering
-) -> None:
-    site.client.control("careful", "transition", SetTransition(Transition.DEACTIVATE, hold=True))
-    writer = site.writer("heard", Number)
-    _put(site, writer)
-    site.client.control("careful", "transition", SetTransition(Transition.ACTIVATE))
-    wait_until(lambda: len(pondering.begun) >= ROOM, "the first to be begun")
-    _put_more(writer, KEPT, 5)
-    wait_until(lambda: len(pondering.begun) >= KEPT + 5, "all to be begun")
-    assert pondering.begun == [*range(KEPT + 5)]
-    assert site.status("careful").lost == 0
-
-
-def _fills_up(pondering: Pondering, times: int) -> None:
-    """Wait until a handler that never ends has been full so many times."""
-    wait_until(lambda: len(pondering.begun) == times * ROOM, "the handler to be full")
-
-
-def test_no_more_waits_for_room_than_was_kept(site: Site, pondering: Pondering) -> None:
-    site.set_parameters("careful", {"lasts": 0.2})
-    site.client.control("careful", "transition", SetTransition(Transition.DEACTIVATE, hold=True))
-    writer = site.writer("heard", Number)
-    _put(site, writer)
-    site.client.control("careful", "transition", SetTransition(Transition.ACTIVATE))
-    _put_more(writer, KEPT, 1000)
-
-    def met() -> int:
-        return len(pondering.begun) + site.status("careful").lost
-
-    wait_until(lambda: met() >= KEPT + 1000, "all to be begun or left out")
-    assert site.status("careful").lost
-    assert pondering.begun[:KEPT] == [*range(KEPT)]
-    assert pondering.begun == sorted(pondering.begun)
-
-
-def test_what_waits_for_room_is_kept_on_hold_and_dropped_otherwise(site: Site, pondering: Pondering) -> None:
-    site.set_parameters("careful", {"lasts": 3600.0})
-    site.client.control("careful", "transition", SetTransition(Transition.DEACTIVATE, hold=True))
-    writer = site.writer("heard", Number)
-    _put(site, writer)
-    for times, hold in ((1, True), (2, False)):
-        site.client.control("careful", "transition", SetTransition(Transition.ACTIVATE))
-        _fills_up(pondering, times)
-        site.client.control("careful", "transition", SetTransition(Transition.DEACTIVATE, hold=hold))
-    site.client.control("careful", "transition", SetTransition(Transition.ACTIVATE))
-    _put_more(writer, KEPT, 1)
-    wait_until(lambda: len(pondering.begun) > 2 * ROOM, "the next to be begun")
-    assert pondering.begun == [*range(2 * ROOM), KEPT]
-
-
-def test_an_input_that_has_moved_misses_nothing_though_its_handler_is_full(site: Site, pondering: Pondering) -> None:
-    site.client.control("careful", "connections", Rewire(RewireStep.OPEN, "heard", "other"))
-    _put(site, site.writer("other", Number))
-    site.client.control("careful", "connections", Rewire(RewireStep.SWITCH, "heard", "other"))
-    wait_until(lambda: len(pondering.begun) >= KEPT, "all to be begun")
-    assert pondering.begun == [*range(KEPT)]
