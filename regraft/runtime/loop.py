@@ -40,6 +40,7 @@ def pump(runtime: Runtime) -> float:
     runtime.work()
     runtime.fire()
     runtime.end_goals_of_nobody()
+    runtime.mark_for_late_readers()
     now = runtime.clock.now()
     give_up_on_holes(runtime, now)
     runtime.work()

@@ -29,9 +29,8 @@ from regraft.runtime.parts import Parts
 
 MARK_PAUSES = (0.05, 0.2, 0.75)
 """Seconds between the markers that are put on a new link."""
-MARK_LATE_PAUSE = 0.5
-MARK_LATE_TIMEOUT = 30.0
-"""Seconds between two looks for readers that are known later than that, and for how long they are looked for."""
+MARK_TIMEOUT = 30.0
+"""Seconds for which readers that are known later are looked for."""
 
 
 class Runtime(Parts):
@@ -45,6 +44,8 @@ class Runtime(Parts):
             BadMessage: it is to take over from another run, and is a source of time.
         """
         super().__init__(cls, assignment, bus, clock)
+        self._unread: set[str] = set()
+        self._patience = Patience(MARK_TIMEOUT)
         self.component.kit = RuntimeKit(self)
         of_class = declared(cls)
         # Where the class has the declarations, the instance has the live ports.
@@ -157,14 +158,16 @@ class Runtime(Parts):
             self.repair.catch_up(self.inbound.reliable_streams())
 
     def _mark(self) -> None:
+        """Put markers more than once: until readers are known on the new link, what is put reaches nobody."""
+        self._unread, self._patience = self.writers.mark_all(), Patience(MARK_TIMEOUT)
         self.spawn("marking", self._mark_for_a_while())
 
     async def _mark_for_a_while(self) -> None:
-        """Put markers more than once: until readers are known on the new link, what is put reaches nobody."""
         for pause in MARK_PAUSES:
-            self.writers.mark_all()
             await self.component.kit.sleep(pause)
-        unread, patience = self.writers.mark_all(), Patience(MARK_LATE_TIMEOUT)
-        while unread and not patience.is_over():
-            await self.component.kit.sleep(MARK_LATE_PAUSE)
-            unread = self.writers.mark_all(unread)
+            self.writers.mark_all()
+
+    def mark_for_late_readers(self) -> None:
+        """Put a marker once a reader is known, also if the author's tasks were cancelled; called at each heartbeat."""
+        if self._unread:
+            self._unread = set() if self._patience.is_over() else self.writers.mark_all(self._unread)

@@ -21,7 +21,7 @@ from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.control import Resent
-from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.component.component import class_path
 from regraft.runtime.core.assignment import Assignment
 from regraft.runtime.data.history import MAX_BYTES, MAX_KEPT, History
@@ -172,12 +172,14 @@ def known(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
     return readers_known
 
 
+@pytest.mark.parametrize("deactivated", [False, True], ids=["active", "deactivated"])
 def test_readers_that_a_new_link_knows_late_miss_nothing(
     hub: tuple[ZenohBus, int],
     cable: Cable,
     listener: ComponentThread,
     known: threading.Event,
     monkeypatch: pytest.MonkeyPatch,
+    deactivated: bool,
 ) -> None:
     monkeypatch.setattr(runtime_module, "MARK_PAUSES", ())
     counter = run(Counter, cable.port)
@@ -195,6 +197,9 @@ def test_readers_that_a_new_link_knows_late_miss_nothing(
         marked = threading.Event()
         counter.runtime.post(marked.set)  # behind the first marker
         assert marked.wait(PATIENCE)
+        if deactivated:
+            counter.runtime.post(lambda: counter.runtime.lifecycle.perform(Transition.DEACTIVATE))
+            wait_until(lambda: counter.runtime.state is State.INACTIVE, "to be inactive")
         known.set()
         wait_until(lambda: listener.component.heard[-1] == component.number, "the last number")
         assert in_sequence(listener)
