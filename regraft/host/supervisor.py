@@ -212,8 +212,7 @@ class Supervisor:
 
     def _forget(self, managed: ManagedProcess) -> None:
         del self.processes[managed.spec.name]
-        last = max(managed.incarnation, managed.counts_from)
-        self.past.note(managed.spec.name, last, managed.checkpoint)
+        self.past.note(managed.spec.name, managed.past_until, managed.checkpoint)
         self._watching.forget(managed)
         self._next_status = 0.0
         self._publisher.event("component.removed", managed.spec.name, f"{managed.spec.name} was removed")

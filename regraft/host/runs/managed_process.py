@@ -97,6 +97,11 @@ class ManagedProcess:
         """Have an earlier checkpoint as the last one; those of the runs until now count no more."""
         self.checkpoint, self.counts_from = checkpoint, self.incarnation + 1
 
+    @property
+    def past_until(self) -> int:
+        """The incarnation before which nothing of it counts once it is past: its own, or beyond one that was undone."""
+        return max(self.incarnation, self.counts_from)
+
     def release(self, now: float) -> None:
         """Start it now if it is held back."""
         if self.is_held:

@@ -102,7 +102,7 @@ class StandbyRuns:
         name = managed.spec.name
         del self.processes[name]
         if name not in self._speaking:
-            self._past.note(name, managed.incarnation, managed.checkpoint)
+            self._past.note(name, managed.past_until, managed.checkpoint)
 
     def step_aside(self, name: str) -> None:
         """Have the run that speaks for a component here run next to one on another host."""
@@ -113,7 +113,7 @@ class StandbyRuns:
         if managed.has_process:
             self.processes[name] = managed
         else:
-            self._past.note(name, managed.incarnation, managed.checkpoint)
+            self._past.note(name, managed.past_until, managed.checkpoint)
 
     def restart_if_alone(self, managed: ManagedProcess, now: float) -> None:
         """Have a component that has ended restarted, if nobody runs next to it any more, or nobody has decided."""

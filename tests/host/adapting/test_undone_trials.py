@@ -167,6 +167,17 @@ def test_another_host_continues_from_the_checkpoint_of_before_an_undone_replacem
     assert edge.zygote.states == ["its own"]
 
 
+def test_a_host_that_had_a_component_on_trial_keeps_its_own_checkpoint_of_it() -> None:
+    edge = Place("edge")
+    edge.keeps(1, "its own")
+    edge.ask(replace(TRIAL, specs=(replace(LEAPER, host="edge"),)), replace(START, resume=True))
+    edge.run_ends(2, "of the trial")
+    edge.ask(UNDONE)
+    edge.keeps(2, "late")
+    edge.ask(UpdateSpecs(3, (replace(TICKER, host="edge"),), term=1), replace(START, resume=True))
+    assert edge.zygote.states == ["its own", "its own"]
+
+
 STACK = """\
   ticker: {class: 'tests.host.parts:Ticker', parameters: {step: 100}, restart: {when: never}}
   adaptation_manager:
