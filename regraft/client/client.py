@@ -231,8 +231,8 @@ class Client:
             return self._query(who, self.keys.control(component, asked, verb), message, reply, timeout)
         except NoAnswer:
             # It may have been succeeded meanwhile; what changes something is not asked of two runs.
-            living = self._living_run(component)
-            if living == asked or isinstance(message, CHANGING):
+            living = self._runs_alive(component).get(component)
+            if living in (None, asked) or isinstance(message, CHANGING):
                 raise
             return self._query(who, self.keys.control(component, living, verb), message, reply, timeout)
 

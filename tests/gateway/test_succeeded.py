@@ -15,10 +15,11 @@ KEYS = Keys("site")
 
 
 class Succeeded:
-    """Two runs of a component. The first one ends when it is asked, and the second one is there."""
+    """A run of a component that ends when it is asked; another one is there then, if there ``is_next``."""
 
-    def __init__(self, bus: MemoryBus) -> None:
+    def __init__(self, bus: MemoryBus, *, is_next: bool = True) -> None:
         self.asked: list[int] = []
+        self._is_next = is_next
         self._bus = bus
         self._token = bus.announce(KEYS.alive("gauge", 1))
         bus.serve(KEYS.control("gauge", 1, "*"), self._end)
@@ -26,8 +27,9 @@ class Succeeded:
     def _end(self, query: MemoryQuery) -> None:
         self.asked.append(1)
         self._token.close()
-        self._bus.announce(KEYS.alive("gauge", 2))
-        self._bus.serve(KEYS.control("gauge", 2, "*"), self._answer)
+        if self._is_next:
+            self._bus.announce(KEYS.alive("gauge", 2))
+            self._bus.serve(KEYS.control("gauge", 2, "*"), self._answer)
         query.answered.set()  # as one that nobody gets any more
 
     def _answer(self, query: MemoryQuery) -> None:
@@ -50,3 +52,11 @@ def test_what_changes_something_is_asked_of_one_run_alone() -> None:
         with pytest.raises(NoAnswer):
             client.control("gauge", "parameters", ParameterValues({"rate": 1.0}))
         assert succeeded.asked == [1]
+
+
+def test_a_component_that_ends_as_it_is_asked_has_not_answered() -> None:
+    hub = MemoryHub()
+    with Client(MemoryBus(hub), "site") as client:
+        Succeeded(MemoryBus(hub), is_next=False)
+        with pytest.raises(NoAnswer):
+            client.view("gauge")
