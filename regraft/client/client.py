@@ -209,7 +209,7 @@ class Client:
 
         Raises:
             NoSuchComponent: no run of it is alive.
-            NoAnswer: it did not answer within ``timeout`` seconds.
+            NoAnswer: it did not answer within ``timeout`` seconds, which are more on a crowded machine.
             ControlRefused: it failed, or refused: in a stack, changes are the adaptation manager's.
         """
         if verb not in CONTROL_VERBS:

@@ -43,7 +43,7 @@ class Mute(Device):
 
     def evaluate(self) -> dict[str, float]:
         """Return no map."""
-        return None  # type: ignore[return-value]
+        return None  # type: ignore[return-value]  # the wrong value that the test is about
 
 
 def robots(name: str, *more: type[Device]) -> list[dict[str, Any]]:

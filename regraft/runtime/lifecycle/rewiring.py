@@ -206,9 +206,9 @@ class Rewiring:
         old, port.move = port.key, None
         port.connect(move.key, reliable=self._parts.is_reliable(move.key))
         self._connections.stop_reading(port.name, old)
-        # An inactive component was to handle none of them.
-        for source, count in (move.lost() if not port.paused else {}).items():
-            port.report_lost(source, count)
+        if not port.paused:  # an inactive component was to handle none of them
+            for source, count in move.lost().items():
+                port.report_lost(source, count)
         self._parts.handle_first([(port, sample) for sample in move.ours()])
         return {"complete": complete}
 
