@@ -6,7 +6,7 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from regraft.bus_schema.messages.health import Level
-from regraft.bus_schema.messages.protocol.requests import RefusalCode
+from regraft.bus_schema.messages.protocol.refusal_codes import RefusalCode
 from regraft.bus_schema.model.description import Resources
 from regraft.bus_schema.model.lifecycle import State
 from regraft.component.component import Component

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from regraft.bus_schema.errors import BadMessage
-from regraft.bus_schema.messages.protocol.requests import Answer, RefusalCode, Reply
+from regraft.bus_schema.messages.protocol.refusal_codes import RefusalCode
+from regraft.bus_schema.messages.protocol.requests import Answer, Reply
 
 
 class RequestRefused(Exception):

@@ -22,7 +22,7 @@ from regraft.host.host_publisher import HostPublisher
 from regraft.host.plan import HostPlan
 from regraft.host.runs.managed_process import ManagedProcess
 from regraft.host.supervisor import Supervisor
-from regraft.host.watchdog.process_monitor import LOOK_INTERVAL
+from regraft.host.watchdog.process_killer import LOOK_INTERVAL
 from regraft.host.watchdog.quality_watch import QualityWatch
 from regraft.host.zygote.describer import Describer
 from regraft.host.zygote.zygote import Zygote
@@ -178,8 +178,8 @@ class Host(Supervisor):
             elif kind == "checkpoint":
                 incarnation = Envelope.from_bytes(sample.attachment).incarnation
                 managed = self.standby_runs.called(name, incarnation)
-                if managed is not None and incarnation >= managed.counts_from:
-                    managed.checkpoint = sample.payload
+                if managed is not None:
+                    managed.checkpoint.take(sample.payload, incarnation)
             else:
                 status = codec.decode(sample.payload, ComponentStatus)
                 managed = self.standby_runs.called(name, status.incarnation)

@@ -128,9 +128,9 @@ class HostApi:
         if not managed.has_process and managed.start_at is None:
             managed.history.pardon()
             if asked.resume:
-                managed.checkpoint = self._supervisor.past.checkpoint(managed.spec.name) or managed.checkpoint
+                managed.checkpoint.resume(self._supervisor.past.checkpoint(managed.spec.name))
             if asked.afresh:
-                managed.checkpoint = b""
+                managed.checkpoint.forget()
             managed.incarnation += asked.leave_out
             if asked.incarnation is not None:
                 managed.incarnation = max(managed.incarnation, asked.incarnation - 1)

@@ -71,7 +71,7 @@ class JoinedHost(Host):
         self.past.note(run.component, run.incarnation, run.checkpoint)
         if managed is not None and not managed.has_process and run.incarnation > managed.incarnation:
             managed.incarnation = run.incarnation
-            managed.checkpoint = run.checkpoint or managed.checkpoint
+            managed.checkpoint.resume(run.checkpoint)
 
     def pump(self, timeout: float) -> None:
         """See to the lease, then do as any host."""

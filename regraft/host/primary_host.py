@@ -25,7 +25,7 @@ from regraft.host.joining.proof_checker import ProofChecker
 from regraft.host.plan import HostPlan
 from regraft.host.runs.run_history import RunHistory
 from regraft.host.system_topics import HostSystemTopics
-from regraft.host.watchdog.process_monitor import LOOK_INTERVAL
+from regraft.host.watchdog.process_killer import LOOK_INTERVAL
 from regraft.host.zygote.zygote import Zygote
 from regraft.runtime.core.clock import RealClock
 from regraft.stack.installed import packages

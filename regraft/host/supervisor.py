@@ -22,11 +22,11 @@ from regraft.bus_schema.model.scheduled_faults import ScheduledFault
 from regraft.host.host_publisher import HostPublisher
 from regraft.host.plan import HostPlan
 from regraft.host.runs.managed_process import ManagedProcess
-from regraft.host.runs.restarts import RestartHistory
+from regraft.host.runs.restart_decision import RestartHistory
 from regraft.host.runs.run_history import RunHistory
 from regraft.host.runs.standby_runs import ALONE_TIMEOUT, StandbyRuns
 from regraft.host.runs.trials import Trials
-from regraft.host.watchdog.process_monitor import ProcessMonitor
+from regraft.host.watchdog.process_killer import ProcessKiller
 from regraft.host.zygote.zygote import Zygote
 from regraft.process.logs import log_of
 from regraft.process.main import EXIT_FAULT, how_it_ended
@@ -60,7 +60,7 @@ class Supervisor:
         self._zygote = zygote
         self._clock = RealClock()
         self._publisher = publisher
-        self._watching = ProcessMonitor(publisher, zygote)
+        self._watching = ProcessKiller(publisher, zygote)
         self._next_status = 0.0
         self.when_ended: Callable[[ManagedProcess], object] = lambda _: None
 
@@ -212,7 +212,7 @@ class Supervisor:
 
     def _forget(self, managed: ManagedProcess) -> None:
         del self.processes[managed.spec.name]
-        self.past.note(managed.spec.name, managed.past_until, managed.checkpoint)
+        self.past.note(managed.spec.name, managed.past_until, managed.checkpoint.payload)
         self._watching.forget(managed)
         self._next_status = 0.0
         self._publisher.event("component.removed", managed.spec.name, f"{managed.spec.name} was removed")
@@ -288,13 +288,15 @@ class Supervisor:
         self._trials.settle(update.revision)
         undone = self._trials.undo(update.undoes) if update.undoes is not None else {}
         for name, checkpoint in undone.items():
-            if name in self.processes:
-                self.processes[name].go_back(checkpoint)
+            managed = self.processes.get(name)
+            if managed is not None:
+                managed.checkpoint.go_back(checkpoint, managed.incarnation)
             else:
                 self.past.go_back(name, checkpoint)
         for name in update.on_trial:
             managed = self.processes.get(name)
-            self._trials.begin(name, update.revision, managed.checkpoint if managed else self.past.checkpoint(name))
+            before = managed.checkpoint.payload if managed is not None else self.past.checkpoint(name)
+            self._trials.begin(name, update.revision, before)
 
     def _take_spec(self, spec: ComponentSpec) -> None:
         managed = self.processes.get(spec.name)

@@ -34,8 +34,8 @@ from regraft.component.component import describe
 from regraft.component.parameters import ParameterError
 from regraft.component.predicting import predicted
 from regraft.runtime.core.clock import SteppedClock
+from regraft.runtime.core.control_refusal import ControlRefused
 from regraft.runtime.core.pending import Pending
-from regraft.runtime.core.refusal import ControlRefused
 from regraft.runtime.data.fetching import RESEND
 from regraft.runtime.handover.protocol import HandoverProtocol
 from regraft.runtime.lifecycle.answering import Answering

@@ -12,7 +12,7 @@ from regraft.bus.interface import Bus, Sample
 from regraft.bus.socket_inbox import SocketInbox
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.keys import Keys
-from regraft.bus_schema.messages.protocol.requests import RefusalCode
+from regraft.bus_schema.messages.protocol.refusal_codes import RefusalCode
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.robots.scopes import service_in_scope
 from regraft.component.component import Component, declared_for, parameter_set

@@ -14,7 +14,7 @@ import numpy as np
 from regraft.component.parameters import ParameterSet
 from regraft.planar import Pose2D
 from regraft.sim_service.cameras.camera import RenderState
-from regraft.sim_service.cameras.lights import check_level
+from regraft.sim_service.cameras.room_lamps import check_level
 from regraft.sim_service.devices.core.calling import Calls, call
 from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.devices.core.device_kit import DeviceKit, DeviceParameters, Progress

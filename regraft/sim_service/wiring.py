@@ -13,7 +13,7 @@ from regraft.component.parameters import ParameterError
 from regraft.sim_service.devices.core.calling import Calls, DeviceError, call
 from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.devices.core.device_kit import DeviceParameters
-from regraft.sim_service.devices.core.failures import NONE, DeviceFails, Schedule
+from regraft.sim_service.devices.core.failure_schedule import NONE, DeviceFails, Schedule
 from regraft.sim_service.devices.core.fitting import Fitted, fitted
 from regraft.sim_service.robots import RobotSpec
 from regraft.sim_service.simulation import Simulation

@@ -16,7 +16,7 @@ from regraft.lockstep.source import TimeSource
 from regraft.planar import Pose2D, Twist2D
 from regraft.sim_service.devices.core.calling import Calls
 from regraft.sim_service.devices.core.device_kit import DeviceParameters
-from regraft.sim_service.devices.core.failures import DeviceFails
+from regraft.sim_service.devices.core.failure_schedule import DeviceFails
 from regraft.sim_service.devices.core.fitting import Fitted, parameters_of, ports_of, qualities_of
 from regraft.sim_service.layout.identity import world_hash
 from regraft.sim_service.people.crowds import CROWD, Crowding, CrowdParameter, changes, check_crowds, present_groups

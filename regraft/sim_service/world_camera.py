@@ -22,7 +22,7 @@ from regraft.sim_service.cameras.camera import Camera as Eye
 from regraft.sim_service.cameras.camera import CameraSettings, RenderState
 from regraft.sim_service.cameras.camera_mount import camera_mount
 from regraft.sim_service.cameras.renderers import Probe, RendererName, make_camera
-from regraft.sim_service.devices.core.failures import (
+from regraft.sim_service.devices.core.failure_schedule import (
     BLACK,
     CAMERA_FAILURES,
     FROZEN,

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from regraft.bus_schema.messages.sensors import LaserScan
 from regraft.sim_service.devices.bumper import Bumper
-from regraft.sim_service.devices.core.failures import DROPOUT
+from regraft.sim_service.devices.core.failure_schedule import DROPOUT
 from regraft.sim_service.devices.lidar import Lidar
 from regraft.sim_service.devices.light_sensor import LightSensor
 from regraft.sim_service.simulation import Simulation

@@ -10,7 +10,7 @@ import regraft
 from tests.support.paths import ROOT
 
 GLOSSARY = ROOT / "docs" / "glossary.md"
-FORMER = "regraft/bus_schema/encoding/records.py"
+FORMER = "regraft/bus_schema/former_names.py"
 """It knows former names of fields, for the errors that name the present ones."""
 PACKAGES = ("behavior_tree", "regraft")
 

@@ -20,7 +20,7 @@ from regraft.bus_schema.messages.mission import (
     WriteBlackboard,
 )
 from regraft.component.component import describe
-from regraft.host.watchdog.watchdog import HUNG_TIMEOUT
+from regraft.host.watchdog.hang_detection import HUNG_TIMEOUT
 from regraft.services.bt_executor.checking import check, known_types
 from regraft.services.bt_executor.executor import Executor
 from regraft.services.bt_executor.observing.recording import steps

@@ -24,8 +24,8 @@ from regraft.bus_schema.messages.protocol.control import Resent
 from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.component.component import class_path
 from regraft.runtime.core.assignment import Assignment
-from regraft.runtime.data.history import MAX_BYTES, MAX_KEPT, History
 from regraft.runtime.data.repair import Repair
+from regraft.runtime.data.sent_history import MAX_BYTES, MAX_KEPT, History
 from regraft.runtime.data.stream import Stream
 from tests.kit.test_broken_links import cable, hub
 from tests.support.links import Cable

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from regraft import CallFailed
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadKey
-from regraft.bus_schema.messages.protocol.requests import Answer, RefusalCode, Reply, Request, Verb
+from regraft.bus_schema.messages.protocol.refusal_codes import RefusalCode
+from regraft.bus_schema.messages.protocol.requests import Answer, Reply, Request, Verb
 from regraft.request_protocol import ASK_INTERVAL, MAX_UNANSWERED, PendingRequest, RequestProtocol, reader
 from tests.kit.parts import Number
 

@@ -13,7 +13,7 @@ from regraft.bus_schema.messages.mission import (
     NodeCounts,
     NodeStatus,
 )
-from regraft.bus_schema.messages.protocol.requests import RefusalCode
+from regraft.bus_schema.messages.protocol.refusal_codes import RefusalCode
 from regraft.services.bt_executor.executor import Executor
 from regraft.testing import Rig
 from tests.executor.helpers import command, run, status, tree

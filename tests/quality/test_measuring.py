@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from regraft.bus_schema.keys import SYSTEM_NAME
-from regraft.services.bt_executor.quality.measuring import Integral, MeanOverTime, Unknown
 from regraft.services.bt_executor.quality.naming import bus_names, key_safe
-from regraft.services.bt_executor.quality.satisfaction import RELATIONS, at_least, at_most, close_to
+from regraft.services.bt_executor.quality.over_time import Integral, MeanOverTime, Unknown
+from regraft.services.bt_executor.quality.satisfaction_degree import RELATIONS, at_least, at_most, close_to
 
 numbers = st.floats(-1e6, 1e6)
 tolerances = st.floats(1e-3, 1e3)

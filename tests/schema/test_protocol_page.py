@@ -21,12 +21,13 @@ from regraft.bus_schema.keys import CONTROL_VERBS, Keys
 from regraft.bus_schema.messages.protocol.clock import StepKind
 from regraft.bus_schema.messages.protocol.control import ControlCode, RewireStep
 from regraft.bus_schema.messages.protocol.handover import HandoverStep
-from regraft.bus_schema.messages.protocol.requests import Answer, RefusalCode, Verb
+from regraft.bus_schema.messages.protocol.refusal_codes import RefusalCode
+from regraft.bus_schema.messages.protocol.requests import Answer, Verb
 from regraft.bus_schema.model.lifecycle import TRANSITIONS, State, Transition
 from regraft.client.json_view import as_json
-from regraft.dashboard_api.backend.refusals import KINDS
+from regraft.dashboard_api.backend.refusal_statuses import KINDS
 from regraft.host import supervisor
-from regraft.host.watchdog import watchdog
+from regraft.host.watchdog import hang_detection
 from regraft.lockstep import member, step_dispatch
 from regraft.process import forked
 from regraft.runtime.core import pending
@@ -194,7 +195,7 @@ def test_the_times_are_those_of_the_code() -> None:
         status_reporter.REPEAT_INTERVAL,
         pending.AWAIT_AT_MOST / 1e9,
         request_protocol.ASK_INTERVAL / 1e9,
-        watchdog.HUNG_TIMEOUT,
+        hang_detection.HUNG_TIMEOUT,
         supervisor.FIRST_BEAT_TIMEOUT,
         member.JOIN_INTERVAL,
         member.IDLE_JOIN_TIMEOUT,
@@ -208,7 +209,7 @@ def test_the_times_are_those_of_the_code() -> None:
         successor.PULL_TIMEOUT,
         successor.TAKE_OVER_TIMEOUT,
     ]
-    assert f"heartbeat stays away for {watchdog.HUNG_TIMEOUT} s" in PAGE
+    assert f"heartbeat stays away for {hang_detection.HUNG_TIMEOUT} s" in PAGE
     assert (
         f"the last {request_server.REMEMBERED_REPLIES} replies of each of {request_server.MAX_CLIENTS} clients" in PAGE
     )

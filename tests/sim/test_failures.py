@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from regraft.sim_service.devices.core.failures import (
+from regraft.sim_service.devices.core.failure_schedule import (
     DROPOUT,
     CameraFails,
     CameraFailure,

@@ -11,7 +11,7 @@ import pytest
 
 from regraft.sim_service.layout.footprints import distance_to_rectangles, obstacle_rectangles
 from regraft.sim_service.layout.placement import Placement, PlacementError, draw_placement
-from regraft.sim_service.layout.placement_rules import placement_rules
+from regraft.sim_service.layout.placement_reading import placement_rules
 from regraft.sim_service.layout.scene import SceneError, load_scene
 from regraft.sim_service.layout.visibility import sees_body
 from tests.support.worlds import waffle

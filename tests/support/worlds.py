@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from regraft.sim_service.contacts import ContactEvent
-from regraft.sim_service.devices.core.failures import DRIFT, NONE
+from regraft.sim_service.devices.core.failure_schedule import DRIFT, NONE
 from regraft.sim_service.devices.drive import DifferentialDrive
 from regraft.sim_service.devices.lidar import Lidar, Scan
 from regraft.sim_service.devices.odometry import OdometryReading, WheelOdometry

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from regraft.adaptation_manager.execution.conclusion import conclude
-from regraft.adaptation_manager.execution.confirmation import NEARLY, Watch
+from regraft.adaptation_manager.execution.confirmation_watch import NEARLY, Watch
 from regraft.adaptation_manager.execution.measured import LOOK_INTERVAL
 from regraft.adaptation_manager.execution.transaction import Transaction
 from regraft.adaptation_manager.journal.architecture_store import ArchitectureStore

@@ -12,7 +12,7 @@ from regraft import ExclusiveSlot
 from regraft.adaptation_manager.execution.adaptation_run import AdaptationRun, confirm
 from regraft.adaptation_manager.execution.comparison import tell_differences
 from regraft.adaptation_manager.execution.conclusion import clear_up
-from regraft.adaptation_manager.execution.confirmation import Watch
+from regraft.adaptation_manager.execution.confirmation_watch import Watch
 from regraft.adaptation_manager.execution.recovery import recover
 from regraft.adaptation_manager.execution.undo_changes import asked_again
 from regraft.adaptation_manager.journal.architecture_store import ArchitectureStore

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from regraft.adaptation_manager.journal.file import JournalCorrupt, JournalError, JournalFile, set_aside
+from regraft.adaptation_manager.journal.database import JournalCorrupt, JournalError, JournalFile, set_aside
 from regraft.adaptation_manager.journal.rows import decoded
 from regraft.adaptation_manager.journal.schema import FOLLOWING, LINE, PLAN, STATE
 from regraft.adaptation_manager.journal.seals import Field, is_sealed, seal

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TypeVar
 
-from regraft.adaptation_manager.journal.file import JournalCorrupt
+from regraft.adaptation_manager.journal.database import JournalCorrupt
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 

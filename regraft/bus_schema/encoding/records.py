@@ -17,22 +17,8 @@ from regraft.bus_schema.encoding import shapes
 from regraft.bus_schema.encoding.arrays import ArrayShape
 from regraft.bus_schema.encoding.shapes import JsonSchema, Shape
 from regraft.bus_schema.errors import BadMessage, BadType
+from regraft.bus_schema.former_names import present_name
 from regraft.bus_schema.suggestions import near
-
-FORMER_NAMES = {
-    "cls": "class",
-    "connections": "connect",
-    "who": "actor",
-    "text": "description",
-    "longest_handler": "handler_timeout",
-    "indispensable": "removal_forbidden",
-    "makes_time": "is_time_source",
-    "in_step": "lockstep",
-    "begun": "started_as",
-    "last_end": "exit_reason",
-    "highest": "max_incarnation",
-}
-"""Names of fields in version 1 of the protocol, and what they are called since."""
 
 SHORTHAND = "shorthand"
 """The ClassVar of a dataclass that names the field that a text alone gives."""
@@ -90,8 +76,8 @@ class RecordShape:
             raise BadMessage(str(error)) from None
 
     def _refuse_former_names(self, plain: dict[str, Any]) -> None:
-        for name, present in FORMER_NAMES.items():
-            if name in plain and name not in self.names and present in self.names:
+        for name in plain:
+            if (present := present_name(name, self.names)) is not None:
                 raise BadMessage(f"has no field {name!r}: it is called {present!r}")
 
     def _refuse_unknown(self, plain: dict[str, Any]) -> None:

@@ -25,7 +25,7 @@ from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.bus_schema.model.robots.offered_services import offered_services
 from regraft.client import Client, ClientError
-from regraft.dashboard_api.backend.refusals import problem_of
+from regraft.dashboard_api.backend.refusal_statuses import problem_of
 from regraft.dashboard_api.http.problems import (
     CONFLICT,
     NO_ANSWER,

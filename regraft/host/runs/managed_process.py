@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.errors import BadMessage
-from regraft.bus_schema.messages.protocol.control import Snapshot
 from regraft.bus_schema.messages.protocol.host import ProcessState, ProcessStatus
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.robots.scopes import scope_of
 from regraft.host.plan import HostPlan
-from regraft.host.runs.restarts import RestartHistory
+from regraft.host.runs.last_checkpoint import LastCheckpoint
+from regraft.host.runs.restart_decision import RestartHistory
 from regraft.runtime.core.assignment import Assignment, Succession
 
 
@@ -20,13 +19,12 @@ class ManagedProcess:
     """The state of one component's process. ``start_at`` is when to start it, in monotonic seconds.
 
     ``ordered`` is set from the order to start it until the report that it has started; ``pid`` is 0 until then.
-    ``start_again`` is set while it is being stopped and has been asked to start after that. ``checkpoint`` is the
-    payload of the last Snapshot that it put, empty before the first. ``removed`` is set once it is not to be started
-    any more; ``owed`` is then whether it would have been restarted, for the case that the removal is taken back.
+    ``start_again`` is set while it is being stopped and has been asked to start after that. ``removed`` is set once it
+    is not to be started any more; ``owed`` is then whether it would have been restarted, for the case that the removal
+    is taken back.
     ``started_as`` is the incarnation as which its process was started, ``formerly`` are those that it has had until
     now; ``succeeds`` is whom it is to succeed. ``restart_by`` is when it is restarted although another run runs next to
     it, in monotonic seconds. ``awaited`` is set while a successor of it gets ready on another host.
-    ``counts_from`` is the incarnation from which on checkpoints count: a run on trial before it was undone.
     ``held_until`` is the simulated time at which it comes back if it ends now: then it ``is_held`` until asked for.
     """
 
@@ -43,7 +41,7 @@ class ManagedProcess:
     stopping: bool = False
     start_again: bool = False
     seen: bool = False
-    checkpoint: bytes = b""
+    checkpoint: LastCheckpoint = field(default_factory=LastCheckpoint)
     why_killed: str = ""
     removed: bool = False
     owed: bool = False
@@ -52,7 +50,6 @@ class ManagedProcess:
     succeeds: Succession | None = None
     restart_by: float | None = None
     awaited: bool = False
-    counts_from: int = 0
     held_until: float | None = None
     is_held: bool = False
 
@@ -93,14 +90,10 @@ class ManagedProcess:
             self.start_again = True
         self.removed = self.owed = False
 
-    def go_back(self, checkpoint: bytes) -> None:
-        """Have an earlier checkpoint as the last one; those of the runs until now count no more."""
-        self.checkpoint, self.counts_from = checkpoint, self.incarnation + 1
-
     @property
     def past_until(self) -> int:
         """The incarnation before which nothing of it counts once it is past: its own, or beyond one that was undone."""
-        return max(self.incarnation, self.counts_from)
+        return max(self.incarnation, self.checkpoint.counts_from)
 
     def release(self, now: float) -> None:
         """Start it now if it is held back."""
@@ -140,7 +133,7 @@ class ManagedProcess:
             simulated=plan.architecture.simulated,
             seed=plan.seed,
             sensor_streams=plan.sensor_streams(),
-            checkpoint=self._checkpoint(),
+            checkpoint=self.checkpoint.opened(),
             listen_endpoints=(plan.source_endpoint,) if is_source else (),
             connect_endpoints=connect,
             step_socket=plan.step_socket,
@@ -152,13 +145,6 @@ class ManagedProcess:
             handler_timeout=plan.limits(self.spec).handler_timeout,
             scope=scope_of(self.spec.name, plan.architecture.topics),
         )
-
-    def _checkpoint(self) -> Snapshot | None:
-        """Return the last checkpoint, opened only now: one comes in every tick."""
-        try:
-            return codec.decode(self.checkpoint, Snapshot) if self.checkpoint else None
-        except BadMessage:
-            return None
 
     def order(self, plan: HostPlan, revision: int, term: int) -> dict[str, object]:
         """Return the assignment as plain data."""

@@ -6,8 +6,9 @@ import time
 
 from regraft.bus_schema.messages.protocol.host import LetSpeak, ProcessState, StartSuccessor
 from regraft.host.host_publisher import UnknownComponent
+from regraft.host.runs.last_checkpoint import LastCheckpoint
 from regraft.host.runs.managed_process import ManagedProcess
-from regraft.host.runs.restarts import RestartHistory
+from regraft.host.runs.restart_decision import RestartHistory
 from regraft.host.runs.run_history import RunHistory
 from regraft.runtime.core.assignment import Succession
 
@@ -53,7 +54,7 @@ class StandbyRuns:
         spec = asked.spec.described_as(incumbent.spec)
         history = RestartHistory(spec.restart, total=incumbent.history.total)
         succession = Succession(incumbent.incarnation, asked.with_state)
-        checkpoint = incumbent.checkpoint if asked.with_state else b""
+        checkpoint = LastCheckpoint(incumbent.checkpoint.payload if asked.with_state else b"")
         self.processes[name] = ManagedProcess(spec, history, succeeds=succession, checkpoint=checkpoint)
         return self.processes[name]
 
@@ -62,7 +63,7 @@ class StandbyRuns:
         spec, name = asked.spec, asked.spec.name
         if name in self._speaking or self.has_process(name):
             raise UnknownComponent(f"{name}: there is a run of it on this host already")
-        checkpoint = self._past.checkpoint(name) if asked.with_state else b""
+        checkpoint = LastCheckpoint(self._past.checkpoint(name) if asked.with_state else b"")
         # The incumbent answers under the incarnation it was started as, with any present one.
         succession = Succession(asked.incumbent, asked.with_state)
         managed = ManagedProcess(spec, RestartHistory(spec.restart), succeeds=succession, checkpoint=checkpoint)
@@ -102,7 +103,7 @@ class StandbyRuns:
         name = managed.spec.name
         del self.processes[name]
         if name not in self._speaking:
-            self._past.note(name, managed.past_until, managed.checkpoint)
+            self._past.note(name, managed.past_until, managed.checkpoint.payload)
 
     def step_aside(self, name: str) -> None:
         """Have the run that speaks for a component here run next to one on another host."""
@@ -113,7 +114,7 @@ class StandbyRuns:
         if managed.has_process:
             self.processes[name] = managed
         else:
-            self._past.note(name, managed.past_until, managed.checkpoint)
+            self._past.note(name, managed.past_until, managed.checkpoint.payload)
 
     def restart_if_alone(self, managed: ManagedProcess, now: float) -> None:
         """Have a component that has ended restarted, if nobody runs next to it any more, or nobody has decided."""

@@ -15,7 +15,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.protocol.clock import ClockMember, Join, Membership
 from regraft.bus_schema.messages.protocol.control import ControlCode, ControlError
-from regraft.runtime.core.refusal import ControlRefused
+from regraft.runtime.core.control_refusal import ControlRefused
 from regraft.runtime.runtime import Runtime
 
 Decide = Callable[[ClockMember], bool]

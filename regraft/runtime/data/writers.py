@@ -14,7 +14,7 @@ from regraft.bus_schema.encoding.envelope import PLACE, Kind, run_part
 from regraft.bus_schema.messages.protocol.control import Resend, Resent, ResentSample
 from regraft.runtime.core.clock import Clock
 from regraft.runtime.core.lease import HeldLease
-from regraft.runtime.data.history import Deferred, History, Place
+from regraft.runtime.data.sent_history import Deferred, History, Place
 
 MATCH_POLL = 0.001
 MATCH_INTERVAL = 0.05

@@ -10,8 +10,8 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.protocol.control import ControlCode
 from regraft.bus_schema.messages.protocol.handover import HandedOver, Handover, HandoverOffer, Role
 from regraft.bus_schema.model.lifecycle import State
+from regraft.runtime.core.control_refusal import ControlRefused
 from regraft.runtime.core.pending import Pending
-from regraft.runtime.core.refusal import ControlRefused
 from regraft.runtime.data.replay_buffer import First
 from regraft.runtime.data.stream import Stream
 from regraft.runtime.handover.standby import Standby

@@ -18,8 +18,8 @@ from regraft.bus_schema.texts import told
 from regraft.component.component import Component, class_path
 from regraft.patience import stretched
 from regraft.runtime.core.assignment import Succession
+from regraft.runtime.core.control_refusal import ControlRefused
 from regraft.runtime.core.pending import Pending
-from regraft.runtime.core.refusal import ControlRefused
 from regraft.runtime.data.writers import Identity
 from regraft.runtime.handover.incumbent import Incumbent
 from regraft.runtime.handover.standby import Standby

@@ -13,8 +13,8 @@ from regraft.bus_schema.errors import SchemaError
 from regraft.bus_schema.messages.protocol.control import ComponentView, ControlCode, ControlError
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.texts import encodable, told
+from regraft.runtime.core.control_refusal import ControlRefused
 from regraft.runtime.core.pending import Pending
-from regraft.runtime.core.refusal import ControlRefused
 from regraft.runtime.parts import Parts
 
 

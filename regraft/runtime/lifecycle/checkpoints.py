@@ -7,7 +7,7 @@ from regraft.bus_schema.encoding.registry import type_of
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.protocol.control import ControlCode, Snapshot
 from regraft.component.component import Component
-from regraft.runtime.core.refusal import ControlRefused
+from regraft.runtime.core.control_refusal import ControlRefused
 from regraft.runtime.lifecycle.state_size import check_size
 from regraft.runtime.parts import Parts
 

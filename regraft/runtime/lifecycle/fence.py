@@ -7,7 +7,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.protocol.control import ControlCode
 from regraft.bus_schema.messages.protocol.host import HostStatus
-from regraft.runtime.core.refusal import ControlRefused
+from regraft.runtime.core.control_refusal import ControlRefused
 from regraft.runtime.core.terms import Fenced, in_force
 from regraft.runtime.parts import Parts
 

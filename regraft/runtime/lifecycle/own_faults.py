@@ -13,7 +13,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.protocol.control import ControlCode
 from regraft.bus_schema.messages.protocol.faults import FaultInjected
 from regraft.bus_schema.model.scheduled_faults import FaultKind, ScheduledFault
-from regraft.runtime.core.refusal import ControlRefused
+from regraft.runtime.core.control_refusal import ControlRefused
 from regraft.runtime.parts import Parts
 
 MAX_REMEMBERED = 1000

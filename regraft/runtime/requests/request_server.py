@@ -15,7 +15,8 @@ from regraft.bus_schema.encoding.registry import type_of
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.handover import ServedClient
-from regraft.bus_schema.messages.protocol.requests import Answer, RefusalCode, Reply, Request, Verb
+from regraft.bus_schema.messages.protocol.refusal_codes import RefusalCode
+from regraft.bus_schema.messages.protocol.requests import Answer, Reply, Request, Verb
 from regraft.bus_schema.texts import encodable, told
 from regraft.component.errors import RequestRefused
 from regraft.component.future import Cancelled

@@ -17,7 +17,7 @@ import mujoco
 import numpy as np
 
 from regraft.sim_service.cameras.camera import CameraSettings, Depths, Image, RenderState, Rgb, expose, image_size
-from regraft.sim_service.cameras.lights import Lighting
+from regraft.sim_service.cameras.room_lamps import Lighting
 from regraft.sim_service.layout.placement import Placement
 from regraft.sim_service.layout.scene import Scene
 

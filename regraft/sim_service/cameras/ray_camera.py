@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from regraft.sim_service.cameras.camera import CameraSettings, Depths, Image, RenderState, Rgb, expose, image_size
-from regraft.sim_service.cameras.lights import Brightness, Floats, Lighting, is_directional, lamp_share
+from regraft.sim_service.cameras.room_lamps import Brightness, Floats, Lighting, is_directional, lamp_share
 from regraft.sim_service.cameras.surfaces import geom_colours, painted, plane_textures
 from regraft.sim_service.cameras.vectors import dot, rotate
 from regraft.sim_service.layout.placement import Placement

@@ -10,7 +10,7 @@ import numpy as np
 from regraft import Output, Parameter
 from regraft.bus_schema.messages.devices.touch import BumperState, Touch
 from regraft.sim_service.contacts import bodies_around
-from regraft.sim_service.devices.core.failures import DROPOUT, STUCK
+from regraft.sim_service.devices.core.failure_schedule import DROPOUT, STUCK
 from regraft.sim_service.devices.core.sensor import Sensor, failure_parameter
 from regraft.sim_service.layout.headings import wrap_heading
 

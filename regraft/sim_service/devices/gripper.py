@@ -5,7 +5,7 @@ from typing import Any
 
 from regraft import Input, Output, Parameter
 from regraft.bus_schema.messages.devices.joints import GripperCommand, GripperState, JointMode
-from regraft.sim_service.devices.core.failures import BIAS, NOISE
+from regraft.sim_service.devices.core.failure_schedule import BIAS, NOISE
 from regraft.sim_service.devices.core.sensor import Sensor, failure_parameter
 from regraft.sim_service.devices.servo import servo, slide
 from regraft.sim_service.layout.scene import SceneError

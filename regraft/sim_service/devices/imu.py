@@ -11,7 +11,7 @@ import numpy.typing as npt
 from regraft import Output, Parameter
 from regraft.bus_schema.messages.geometry import Quaternion, Vector3
 from regraft.bus_schema.messages.sensors import Imu
-from regraft.sim_service.devices.core.failures import BIAS, NOISE
+from regraft.sim_service.devices.core.failure_schedule import BIAS, NOISE
 from regraft.sim_service.devices.core.sensor import Sensor, failure_parameter
 
 Floats = npt.NDArray[np.float64]

@@ -8,7 +8,7 @@ import numpy as np
 
 from regraft import Input, Output, Parameter
 from regraft.bus_schema.messages.devices.joints import JointCommand, JointMode, JointState, JointStates
-from regraft.sim_service.devices.core.failures import BIAS, NOISE
+from regraft.sim_service.devices.core.failure_schedule import BIAS, NOISE
 from regraft.sim_service.devices.core.sensor import Sensor, failure_parameter
 from regraft.sim_service.devices.servo import servo
 from regraft.sim_service.layout.scene import SceneError

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from regraft import Output, Parameter
 from regraft.bus_schema.messages.geometry import Pose, Quaternion, Vector3
 from regraft.bus_schema.messages.sensors import LaserScan
-from regraft.sim_service.devices.core.failures import BIAS, DROPOUT, NOISE, ZEROS
+from regraft.sim_service.devices.core.failure_schedule import BIAS, DROPOUT, NOISE, ZEROS
 from regraft.sim_service.devices.core.mounting import mounted_at
 from regraft.sim_service.devices.core.sensor import Sensor, failure_parameter
 

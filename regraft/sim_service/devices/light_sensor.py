@@ -5,8 +5,8 @@ import numpy as np
 
 from regraft import Output, Parameter
 from regraft.bus_schema.messages.sensors import Illuminance
-from regraft.sim_service.cameras.lights import is_directional, lamp_share
-from regraft.sim_service.devices.core.failures import BIAS, NOISE
+from regraft.sim_service.cameras.room_lamps import is_directional, lamp_share
+from regraft.sim_service.devices.core.failure_schedule import BIAS, NOISE
 from regraft.sim_service.devices.core.sensor import Sensor, failure_parameter
 from regraft.sim_service.devices.signals.sight import is_clear, root_of
 

@@ -9,7 +9,7 @@ from regraft import Output, Parameter
 from regraft.bus_schema.messages.geometry import Pose, Twist
 from regraft.bus_schema.messages.sensors import Odometry
 from regraft.planar import Pose2D, Twist2D
-from regraft.sim_service.devices.core.failures import DRIFT
+from regraft.sim_service.devices.core.failure_schedule import DRIFT
 from regraft.sim_service.devices.core.sensor import Sensor, failure_parameter
 from regraft.sim_service.devices.drive import DifferentialDrive
 from regraft.sim_service.layout.headings import wrap_heading, yaw_of_matrix

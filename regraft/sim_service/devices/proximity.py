@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from regraft import Output, Parameter
 from regraft.bus_schema.messages.devices.ranging import Proximity
-from regraft.sim_service.devices.core.failures import BIAS, DROPOUT, NOISE
+from regraft.sim_service.devices.core.failure_schedule import BIAS, DROPOUT, NOISE
 from regraft.sim_service.devices.core.sensor import Sensor, failure_parameter
 from regraft.sim_service.layout.scene import SceneError
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from regraft.planar import Pose2D
 from regraft.sim_service.layout.footprints import distance_to_rectangles, obstacle_rectangles
 from regraft.sim_service.layout.headings import yaw_quaternion
-from regraft.sim_service.layout.placement_rules import PlacementRule, placement_rules
+from regraft.sim_service.layout.placement_reading import PlacementRule, placement_rules
 from regraft.sim_service.layout.random_streams import generator
 from regraft.sim_service.layout.scene import Scene
 from regraft.sim_service.layout.visibility import sees_body

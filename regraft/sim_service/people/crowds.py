@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final
 from regraft.bus_schema.annotations import Text
 from regraft.bus_schema.suggestions import no_such
 from regraft.component.parameters import Parameter, ParameterError
-from regraft.sim_service.devices.core.failures import Since
+from regraft.sim_service.devices.core.failure_schedule import Since
 from regraft.sim_service.people.walkers import Person
 
 CROWD: Final = "crowd"

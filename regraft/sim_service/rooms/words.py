@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import MISSING, Field, dataclass, fields
 from typing import Any, Final, TypeVar
 
-from regraft.sim_service.layout.placement_rules import words_of
+from regraft.sim_service.layout.placement_reading import words_of
 from regraft.sim_service.layout.scene import Scene, SceneError
 
 GOALS: Final = "goals"

@@ -8,6 +8,7 @@ from enum import Enum
 from typing import Any, TypeVar
 
 from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.former_names import present_name
 from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.yaml.nodes import Location, Node, plain
 from regraft.stack.yaml.problems import Report
@@ -48,7 +49,9 @@ class Section:
         """Note every field that is not one of ``known``."""
         for key in self._parts:
             if key not in known:
-                self.wrong(key, f"there is no such field; {instead_of(key, known)}")
+                present = present_name(key, known)
+                meant = instead_of(key, known) if present is None else f"it is called {present!r}"
+                self.wrong(key, f"there is no such field; {meant}")
 
     def node(self, key: str) -> Node | None:
         """Return a field as it is."""

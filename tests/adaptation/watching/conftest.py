@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from regraft.adaptation_manager.execution.confirmation import Watch
+from regraft.adaptation_manager.execution.confirmation_watch import Watch
 from regraft.bus_schema.model.watched import Breach
 
 

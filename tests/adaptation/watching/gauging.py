@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from regraft import Component, Parameter, Quality
-from regraft.adaptation_manager.execution.confirmation import Watch
+from regraft.adaptation_manager.execution.confirmation_watch import Watch
 from regraft.adaptation_manager.execution.transaction import Transaction
 from regraft.adaptation_manager.journal.journal import Journal
 from regraft.adaptation_manager.manager import AdaptationManager

@@ -9,7 +9,8 @@ import pytest
 
 from regraft import CallFailed
 from regraft.bus_schema.messages.protocol.control import ControlCode, ControlError
-from regraft.bus_schema.messages.protocol.requests import Answer, RefusalCode
+from regraft.bus_schema.messages.protocol.refusal_codes import RefusalCode
+from regraft.bus_schema.messages.protocol.requests import Answer
 from regraft.cli.group import as_document, exit_code
 from regraft.cli.outcomes import BAD_INPUT, FAILED, NOT_REACHABLE, Failed, Unreachable
 from regraft.client import ControlRefused, NoSuchComponent

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from regraft import RequestRefused
-from regraft.bus_schema.messages.protocol.requests import RefusalCode
+from regraft.bus_schema.messages.protocol.refusal_codes import RefusalCode
 from tests.gateway.conftest import Running
 from tests.gateway.test_adaptations import adaptation
 

@@ -8,9 +8,9 @@ import sys
 
 import pytest
 
-from regraft.host.watchdog import proc_stats, watchdog
+from regraft.host.watchdog import hang_detection, proc_stats
+from regraft.host.watchdog.hang_detection import HUNG_TIMEOUT, Watchdog
 from regraft.host.watchdog.memory_use import resident_size
-from regraft.host.watchdog.watchdog import HUNG_TIMEOUT, Watchdog
 
 STEP = 0.05
 
@@ -28,7 +28,7 @@ def _hung_after(
     ``loop_waits`` is the share of its time for which its thread waits for a processor, ``crowding`` how many threads
     want each.
     """
-    monkeypatch.setattr(watchdog, "crowding", lambda: crowding)
+    monkeypatch.setattr(hang_detection, "crowding", lambda: crowding)
     now, watched = 100.0, Watchdog()
     monkeypatch.setattr(proc_stats, "stolen", lambda: (now - 100.0) * taken_a_second)
     monkeypatch.setattr(proc_stats, "processor_wait", lambda pid, standing: {"1": (now - 100.0) * loop_waits})
@@ -45,13 +45,13 @@ def test_time_that_was_taken_from_the_machine_is_nobodys_silence(monkeypatch: py
 
 
 def test_a_hung_loop_is_found_on_a_machine_that_gets_no_time_at_all(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert _hung_after(1.5, monkeypatch) < watchdog.MAX_FORGIVEN_OF_ONE + HUNG_TIMEOUT + 1.0
+    assert _hung_after(1.5, monkeypatch) < hang_detection.MAX_FORGIVEN_OF_ONE + HUNG_TIMEOUT + 1.0
 
 
 def test_a_loop_that_the_machine_keeps_from_running_is_slow_and_not_hung(monkeypatch: pytest.MonkeyPatch) -> None:
     assert _hung_after(0.0, monkeypatch, loop_waits=0.9) > 4 * HUNG_TIMEOUT
     assert _hung_after(0.0, monkeypatch, loop_waits=0.9) < 12 * HUNG_TIMEOUT
-    assert _hung_after(0.0, monkeypatch, loop_waits=1.0) < watchdog.MAX_FORGIVEN_OF_ONE + HUNG_TIMEOUT + 1.0
+    assert _hung_after(0.0, monkeypatch, loop_waits=1.0) < hang_detection.MAX_FORGIVEN_OF_ONE + HUNG_TIMEOUT + 1.0
 
 
 def test_a_handler_gets_as_much_of_a_processor_beside_others_as_alone(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -65,7 +65,7 @@ def test_a_loop_that_hangs_after_it_has_waited_for_the_disk_is_found(monkeypatch
 
 
 def test_whoever_waits_for_the_disk_for_ever_is_hung(monkeypatch: pytest.MonkeyPatch) -> None:
-    longest = watchdog.MAX_FORGIVEN_ON_DISK
+    longest = hang_detection.MAX_FORGIVEN_ON_DISK
     assert longest < _hung_after(0.0, monkeypatch, on_disk_for=1000.0) < longest + 1.0
 
 
@@ -81,7 +81,7 @@ def test_the_waits_of_whoever_is_on_the_way_of_many_are_read_once(monkeypatch: p
     for number in range(50):
         watched.watch(f"loop_{number}/1", 1_000_000 + number, HUNG_TIMEOUT, 0.0)
     watched.hung(0.0, None)
-    watched.hung(watchdog.CLOSER_LOOK_TIMEOUT, None)
+    watched.hung(hang_detection.CLOSER_LOOK_TIMEOUT, None)
     assert sorted(read) == sorted({os.getpid(), *range(1_000_000, 1_000_050)})
 
 

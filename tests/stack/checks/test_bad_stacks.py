@@ -86,7 +86,13 @@ CASES = [
         "components.world.class",
         "'tests.stack.checks.broken:A': importing",
     ),
-    (WORLD, "cls: tests.stack.parts:World", "cls", "components.world.cls", "there is no such field"),
+    (
+        WORLD,
+        "cls: tests.stack.parts:World",
+        "cls",
+        "components.world.cls",
+        "there is no such field; it is called 'class'",
+    ),
     (
         LIMIT,
         "      max_velocity: 0.9\n",

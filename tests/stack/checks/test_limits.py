@@ -56,6 +56,7 @@ def test_a_component_has_the_limits_of_the_stack_where_it_has_none(tmp_path: Pat
         ("{files: many}", "limits.files: must be a whole number, is 'many'"),
         ("{files: 2000000}", "limits.files: is 2000000, must be at most 1e+06"),
         ("{file: 300}", "limits.file: there is no such field; did you mean 'files'?"),
+        ("{longest_handler: 2}", "limits.longest_handler: there is no such field; it is called 'handler_timeout'"),
     ],
 )
 def test_what_is_wrong_with_limits_is_said(tmp_path: Path, own: str, text: str) -> None:

@@ -7,8 +7,8 @@ from typing import Final
 from regraft import Parameter, RefusalCode, RequestRefused, service
 from regraft.adaptation_manager.planners.bandits.credit import Credit, read_credit
 from regraft.adaptation_manager.planners.bandits.decided import Meters, asked_for, options_in
-from regraft.adaptation_manager.planners.bandits.memory import Chosen, TaskMemory
 from regraft.adaptation_manager.planners.bandits.strategy_registry import Strategies
+from regraft.adaptation_manager.planners.bandits.task_memory import Chosen, TaskMemory
 from regraft.adaptation_manager.planners.bandits.tickets import Told
 from regraft.adaptation_manager.planners.choices.context import numbers_of
 from regraft.adaptation_manager.planners.choices.fitting import check_dimensions

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from regraft.adaptation_manager.planners.choices.problem import UNKNOWN, Problem
+from regraft.adaptation_manager.planners.choices.rules.allowed_combinations import Search, TooHard
 from regraft.adaptation_manager.planners.choices.rules.rules import Clause
-from regraft.adaptation_manager.planners.choices.rules.search import Search, TooHard
 from regraft.adaptation_manager.planners.choices.slots import Slot
 from regraft.bus_schema.annotations import PlainValue
 

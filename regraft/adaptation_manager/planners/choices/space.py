@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 from itertools import product
 
+from regraft.adaptation_manager.planners.choices.rules.allowed_combinations import MAX_STEPS, Search, TooHard, parts_of
 from regraft.adaptation_manager.planners.choices.rules.constraints import rules_of
 from regraft.adaptation_manager.planners.choices.rules.infeasible import impossible
 from regraft.adaptation_manager.planners.choices.rules.rules import Rule
-from regraft.adaptation_manager.planners.choices.rules.search import MAX_STEPS, Search, TooHard, parts_of
 from regraft.adaptation_manager.planners.choices.slots import Option, Slot, option_of
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.errors import BadMessage

@@ -13,6 +13,7 @@ from typing import Annotated
 from regraft.bus_schema.annotations import Bounds, Count, PlainValue, Seconds, Told, ToldBriefly
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.keys import client_name
+from regraft.bus_schema.messages.protocol.refusal_codes import RefusalCode
 
 
 class Verb(Enum):
@@ -33,35 +34,6 @@ class Answer(Enum):
     CANCELLED = "cancelled"
     REFUSED = "refused"
     FAILED = "failed"
-
-
-class RefusalCode(Enum):
-    """Why a request was refused, for programs: the text next to it is for people, and may change."""
-
-    REFUSED = "refused"
-    """For a reason of the service's own."""
-    MALFORMED = "malformed"
-    """The request has not the right form, or a value out of its bounds."""
-    INVALID = "invalid"
-    """It has the right form, but what it holds cannot be used, such as a tree that cannot be built."""
-    NOT_FOUND = "not_found"
-    """It names something that does not exist."""
-    CONFLICT = "conflict"
-    """It is not possible in the current state of what it is about."""
-    KEY_REUSED = "key_reused"
-    """Its idempotency key belongs to another request."""
-    THROTTLED = "throttled"
-    """Its source asks too often."""
-    QUEUE_FULL = "queue_full"
-    """Too many requests wait already."""
-    BUSY = "busy"
-    """The action pursues as many goals as it does at once."""
-    STARTING = "starting"
-    """The service has not started yet."""
-    NOT_ACTIVE = "not_active"
-    """Its component serves only while active."""
-    UNAVAILABLE = "unavailable"
-    """Something that the service needs is missing now."""
 
 
 @message("regraft/Request")

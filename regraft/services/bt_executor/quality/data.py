@@ -6,7 +6,7 @@ from typing import Any
 
 from behavior_tree import Blackboard, Entry, Node
 from behavior_tree.nodes.text import board_key
-from regraft.services.bt_executor.quality.measuring import Unknown
+from regraft.services.bt_executor.quality.over_time import Unknown
 
 AGE, STALE = "_age", "_stale"
 """The system reflection keeps next to ``KEY`` the seconds since its source's stamp, and whether that is too long."""

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from behavior_tree import Input, Node, NodeSetup, Status
 from behavior_tree.data.values import parse_real
-from regraft.services.bt_executor.quality.measuring import Integral, Unknown
+from regraft.services.bt_executor.quality.over_time import Integral, Unknown
 from regraft.services.bt_executor.quality.requirement import QualityRequirement
 from regraft.services.bt_executor.quality.requirement_text import (
     AllOf,
@@ -17,7 +17,7 @@ from regraft.services.bt_executor.quality.requirement_text import (
     operand,
     parse_requirement,
 )
-from regraft.services.bt_executor.quality.satisfaction import RELATIONS
+from regraft.services.bt_executor.quality.satisfaction_degree import RELATIONS
 from regraft.services.bt_executor.quality.system_level import COMBINATIONS, SystemLevelQR, combined
 from regraft.services.bt_executor.quality.task_level import TaskLevelQR
 from regraft.services.bt_executor.quality.verdict import QualityTeller

@@ -25,9 +25,9 @@ from behavior_tree.nodes.ports import Port
 from behavior_tree.nodes.text import board_key
 from regraft.bus_schema.messages.quality import Quality, QualityLevel
 from regraft.services.bt_executor.quality.data import age_of
-from regraft.services.bt_executor.quality.measuring import MeanOverTime, Metric, Unknown
 from regraft.services.bt_executor.quality.naming import key_safe
-from regraft.services.bt_executor.quality.satisfaction import SATISFIED_FROM
+from regraft.services.bt_executor.quality.over_time import MeanOverTime, Metric, Unknown
+from regraft.services.bt_executor.quality.satisfaction_degree import SATISFIED_FROM
 from regraft.services.bt_executor.quality.verdict import UNKNOWN, QualityTeller, Verdict, explained, sendable
 
 COMPLETED = (SUCCESS, FAILURE)

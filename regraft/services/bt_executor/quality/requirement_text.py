@@ -17,7 +17,7 @@ from typing import Final
 
 from behavior_tree.data.values import parse_real
 from behavior_tree.nodes.text import board_key
-from regraft.services.bt_executor.quality.satisfaction import RELATIONS, Relation
+from regraft.services.bt_executor.quality.satisfaction_degree import RELATIONS, Relation
 
 DEEPEST: Final = 20
 """Levels of brackets and negations in a requirement."""

@@ -7,7 +7,7 @@ from typing import Final, Protocol
 
 from behavior_tree import TreeError
 from regraft.bus_schema.messages.quality import Quality
-from regraft.services.bt_executor.quality.measuring import Metric
+from regraft.services.bt_executor.quality.over_time import Metric
 
 UNKNOWN: Final = "unknown"
 """The status of a requirement whose metric is unknown."""

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import mujoco
 import numpy as np
 
-from regraft.sim_service.devices.core.failures import NONE
+from regraft.sim_service.devices.core.failure_schedule import NONE
 from regraft.sim_service.layout.random_streams import generator
 from regraft.sim_service.layout.scene import Scene
 from regraft.sim_service.robots import RobotSpec

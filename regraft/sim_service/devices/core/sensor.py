@@ -10,7 +10,7 @@ from regraft import Parameter
 from regraft.bus_schema.encoding import codec
 from regraft.component.component import declared
 from regraft.sim_service.devices.core.device import Device
-from regraft.sim_service.devices.core.failures import FROZEN, NONE, SILENT
+from regraft.sim_service.devices.core.failure_schedule import FROZEN, NONE, SILENT
 
 
 def failure_parameter(*failures: str) -> Parameter[str]:

@@ -5,7 +5,7 @@ import math
 from regraft import Output, Parameter
 from regraft.bus_schema.messages.devices.ranging import BeaconSighting, BeaconSightings
 from regraft.sim_service.devices.core.device import Device
-from regraft.sim_service.devices.core.failures import BIAS, DROPOUT, NOISE, NONE, SILENT
+from regraft.sim_service.devices.core.failure_schedule import BIAS, DROPOUT, NOISE, NONE, SILENT
 from regraft.sim_service.devices.core.sensor import Sensor, failure_parameter
 from regraft.sim_service.devices.signals.sight import is_clear, root_of
 from regraft.sim_service.layout.headings import wrap_heading

@@ -7,7 +7,7 @@ from regraft import Input, Parameter
 from regraft.bus_schema.messages.devices.signals import Colour
 from regraft.sim_service.cameras.camera import Rgb
 from regraft.sim_service.devices.core.device import Device
-from regraft.sim_service.devices.core.failures import BLACK, FROZEN, NONE
+from regraft.sim_service.devices.core.failure_schedule import BLACK, FROZEN, NONE
 
 
 class ColourLamp(Device):

@@ -7,7 +7,7 @@ from typing import Any
 from regraft import Input, Output, Parameter
 from regraft.bus_schema.messages.devices.signals import RadioMessage, RadioReception
 from regraft.sim_service.devices.core.device import Device
-from regraft.sim_service.devices.core.failures import DROPOUT, NONE, SILENT
+from regraft.sim_service.devices.core.failure_schedule import DROPOUT, NONE, SILENT
 from regraft.sim_service.devices.signals.sight import obstacles, root_of
 
 NEAREST = 0.1

@@ -9,7 +9,7 @@ from typing import Any
 from regraft import Input, Output, Parameter
 from regraft.bus_schema.messages.devices.signals import HeardSound, Hearing, Sound
 from regraft.sim_service.devices.core.device import Device
-from regraft.sim_service.devices.core.failures import BIAS, NOISE, NONE, SILENT
+from regraft.sim_service.devices.core.failure_schedule import BIAS, NOISE, NONE, SILENT
 from regraft.sim_service.devices.core.sensor import Sensor, failure_parameter
 from regraft.sim_service.devices.signals.sight import obstacles, root_of
 

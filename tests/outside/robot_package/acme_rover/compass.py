@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from regraft import Output, Parameter
 from regraft.bus_schema.annotations import Radians, Seconds
 from regraft.bus_schema.encoding.registry import message
-from regraft.sim_service.devices.core.failures import BIAS
+from regraft.sim_service.devices.core.failure_schedule import BIAS
 from regraft.sim_service.devices.core.sensor import Sensor, failure_parameter
 
 

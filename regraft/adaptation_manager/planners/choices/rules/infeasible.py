@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Final
 
+from regraft.adaptation_manager.planners.choices.rules.allowed_combinations import Search, TooHard
 from regraft.adaptation_manager.planners.choices.rules.rules import Rule
-from regraft.adaptation_manager.planners.choices.rules.search import Search, TooHard
 
 STEPS_PER_SUSPECT: Final = 5_000
 MAX_NAMED: Final = 8

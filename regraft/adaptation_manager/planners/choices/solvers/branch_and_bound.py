@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from regraft.adaptation_manager.planners.choices.problem import Problem
-from regraft.adaptation_manager.planners.choices.rules.search import Search, TooHard
+from regraft.adaptation_manager.planners.choices.rules.allowed_combinations import Search, TooHard
 from regraft.adaptation_manager.planners.choices.solvers.compiled import Compiled, compiled
 from regraft.adaptation_manager.planners.choices.solvers.protocol import TOLERANCE, UNLIMITED, Effort, Found, Solution
 

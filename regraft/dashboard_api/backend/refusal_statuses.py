@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from regraft import CallFailed
-from regraft.bus_schema.messages.protocol.requests import Answer, RefusalCode
+from regraft.bus_schema.messages.protocol.refusal_codes import RefusalCode
+from regraft.bus_schema.messages.protocol.requests import Answer
 from regraft.dashboard_api.http.problems import (
     BUSY,
     CONFLICT,

@@ -1,4 +1,4 @@
-"""Looks after a host's processes: has those killed that hang, and those that use more than they may."""
+"""Kills processes that hang, and those that use more than they may."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 from regraft.bus_schema.model.architecture import ComponentSpec, Limits
 from regraft.host.host_publisher import HostPublisher
 from regraft.host.runs.managed_process import ManagedProcess
+from regraft.host.watchdog.hang_detection import Watchdog
 from regraft.host.watchdog.memory_use import MemoryUse
-from regraft.host.watchdog.watchdog import Watchdog
 from regraft.host.zygote.zygote import Zygote
 from regraft.patience import stretched
 
@@ -23,7 +23,7 @@ that does so ends by itself, so nobody waits for these seconds.
 """
 
 
-class ProcessMonitor:
+class ProcessKiller:
     """Judges processes, look by look. Times are monotonic seconds."""
 
     def __init__(self, publisher: HostPublisher, zygote: Zygote) -> None:
