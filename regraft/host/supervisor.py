@@ -22,7 +22,7 @@ from regraft.bus_schema.model.scheduled_faults import ScheduledFault
 from regraft.host.host_publisher import HostPublisher
 from regraft.host.plan import HostPlan
 from regraft.host.runs.managed_process import ManagedProcess
-from regraft.host.runs.restart_decision import RestartHistory
+from regraft.host.runs.restart_backoff import RestartHistory
 from regraft.host.runs.run_history import RunHistory
 from regraft.host.runs.standby_runs import ALONE_TIMEOUT, StandbyRuns
 from regraft.host.runs.trials import Trials

@@ -44,7 +44,7 @@ from regraft.runtime.lifecycle.fence import Fence
 from regraft.runtime.lifecycle.lifecycle import Lifecycle, TransitionFailed
 from regraft.runtime.lifecycle.measuring import Measuring
 from regraft.runtime.lifecycle.own_faults import OwnFaults
-from regraft.runtime.lifecycle.rewiring import Rewiring, RewiringRefused
+from regraft.runtime.lifecycle.port_rewiring import Rewiring, RewiringRefused
 from regraft.runtime.parts import Parts
 
 

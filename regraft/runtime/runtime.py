@@ -23,7 +23,7 @@ from regraft.runtime.lifecycle.fence import Fence
 from regraft.runtime.lifecycle.lifecycle import Lifecycle
 from regraft.runtime.lifecycle.measuring import Measuring
 from regraft.runtime.lifecycle.periodic import PeriodicCalls
-from regraft.runtime.lifecycle.rewiring import Rewiring
+from regraft.runtime.lifecycle.port_rewiring import Rewiring
 from regraft.runtime.lifecycle.runtime_kit import RuntimeKit
 from regraft.runtime.parts import Parts
 

@@ -1,7 +1,7 @@
 """Moves a running component's port to another topic, or to none, with nothing lost and nothing doubled.
 
-The components do the moving (``regraft.runtime.lifecycle.rewiring``); this is the order in which they are asked: open
-the new topic next to the old, see markers through from every publisher to every reader, switch.
+The components do the moving (``regraft.runtime.lifecycle.port_rewiring``). This is the order in which they are asked:
+open the new topic next to the old, see markers through from every publisher to every reader, switch.
 """
 
 from __future__ import annotations

@@ -9,8 +9,8 @@ from regraft.bus_schema.messages.protocol.host import ProcessState, ProcessStatu
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.robots.scopes import scope_of
 from regraft.host.plan import HostPlan
-from regraft.host.runs.last_checkpoint import LastCheckpoint
-from regraft.host.runs.restart_decision import RestartHistory
+from regraft.host.runs.restart_backoff import RestartHistory
+from regraft.host.runs.starting_checkpoint import StartingCheckpoint
 from regraft.runtime.core.assignment import Assignment, Succession
 
 
@@ -41,7 +41,7 @@ class ManagedProcess:
     stopping: bool = False
     start_again: bool = False
     seen: bool = False
-    checkpoint: LastCheckpoint = field(default_factory=LastCheckpoint)
+    checkpoint: StartingCheckpoint = field(default_factory=StartingCheckpoint)
     why_killed: str = ""
     removed: bool = False
     owed: bool = False

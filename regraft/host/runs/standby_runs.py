@@ -6,10 +6,10 @@ import time
 
 from regraft.bus_schema.messages.protocol.host import LetSpeak, ProcessState, StartSuccessor
 from regraft.host.host_publisher import UnknownComponent
-from regraft.host.runs.last_checkpoint import LastCheckpoint
 from regraft.host.runs.managed_process import ManagedProcess
-from regraft.host.runs.restart_decision import RestartHistory
+from regraft.host.runs.restart_backoff import RestartHistory
 from regraft.host.runs.run_history import RunHistory
+from regraft.host.runs.starting_checkpoint import StartingCheckpoint
 from regraft.runtime.core.assignment import Succession
 
 ALONE_TIMEOUT = 5.0
@@ -54,7 +54,7 @@ class StandbyRuns:
         spec = asked.spec.described_as(incumbent.spec)
         history = RestartHistory(spec.restart, total=incumbent.history.total)
         succession = Succession(incumbent.incarnation, asked.with_state)
-        checkpoint = LastCheckpoint(incumbent.checkpoint.payload if asked.with_state else b"")
+        checkpoint = StartingCheckpoint(incumbent.checkpoint.payload if asked.with_state else b"")
         self.processes[name] = ManagedProcess(spec, history, succeeds=succession, checkpoint=checkpoint)
         return self.processes[name]
 
@@ -63,7 +63,7 @@ class StandbyRuns:
         spec, name = asked.spec, asked.spec.name
         if name in self._speaking or self.has_process(name):
             raise UnknownComponent(f"{name}: there is a run of it on this host already")
-        checkpoint = LastCheckpoint(self._past.checkpoint(name) if asked.with_state else b"")
+        checkpoint = StartingCheckpoint(self._past.checkpoint(name) if asked.with_state else b"")
         # The incumbent answers under the incarnation it was started as, with any present one.
         succession = Succession(asked.incumbent, asked.with_state)
         managed = ManagedProcess(spec, RestartHistory(spec.restart), succeeds=succession, checkpoint=checkpoint)

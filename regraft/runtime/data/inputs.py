@@ -18,7 +18,7 @@ from regraft.component.future import Future
 from regraft.component.ports import Input
 from regraft.runtime.data.fetching import Fetching, is_notice
 from regraft.runtime.data.hold_buffer import HoldBuffer
-from regraft.runtime.data.input_move import Move
+from regraft.runtime.data.move_buffer import Move
 
 M = TypeVar("M")
 

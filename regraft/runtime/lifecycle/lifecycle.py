@@ -8,7 +8,7 @@ from regraft.component.component import restore_state
 from regraft.runtime.lifecycle.checkpoints import Checkpoints
 from regraft.runtime.lifecycle.connections import Connections
 from regraft.runtime.lifecycle.periodic import PeriodicCalls
-from regraft.runtime.lifecycle.rewiring import Rewiring
+from regraft.runtime.lifecycle.port_rewiring import Rewiring
 from regraft.runtime.parts import Parts
 
 

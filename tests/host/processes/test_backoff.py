@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from regraft.bus_schema.model.architecture import RestartPolicy
-from regraft.host.runs.restart_decision import RestartHistory
+from regraft.host.runs.restart_backoff import RestartHistory
 
 
 @pytest.mark.parametrize(

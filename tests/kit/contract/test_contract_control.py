@@ -133,7 +133,7 @@ def test_of_too_much_for_an_input_that_nobody_switches_the_oldest_goes_and_is_to
     site: Site, monkeypatch: pytest.MonkeyPatch, bound: str
 ) -> None:
     size = 4 if bound == "MAX_HELD" else 4 * len(codec.encode(Number(0)))
-    monkeypatch.setattr(f"regraft.runtime.data.input_move.{bound}", size)
+    monkeypatch.setattr(f"regraft.runtime.data.move_buffer.{bound}", size)
     site.start(Echo, "echo")
     said = site.collect("said", Number)
     _opens_for_ten(site)
@@ -144,7 +144,7 @@ def test_of_too_much_for_an_input_that_nobody_switches_the_oldest_goes_and_is_to
 
 
 def test_of_too_much_for_an_input_that_stays_nothing_is_told(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("regraft.runtime.data.input_move.MAX_HELD", 4)
+    monkeypatch.setattr("regraft.runtime.data.move_buffer.MAX_HELD", 4)
     site.start(Echo, "echo")
     _opens_for_ten(site)
     site.client.control("echo", "connections", Rewire(RewireStep.ABANDON, "heard", "other"))
@@ -155,7 +155,7 @@ def test_of_too_much_for_an_input_that_stays_nothing_is_told(site: Site, monkeyp
 def test_of_too_much_for_an_input_of_an_inactive_component_nothing_is_told(
     site: Site, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("regraft.runtime.data.input_move.MAX_HELD", 4)
+    monkeypatch.setattr("regraft.runtime.data.move_buffer.MAX_HELD", 4)
     site.start(Echo, "echo")
     site.client.control("echo", "transition", SetTransition(Transition.DEACTIVATE))
     _opens_for_ten(site)

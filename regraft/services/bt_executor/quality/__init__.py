@@ -9,7 +9,7 @@ from regraft.services.bt_executor.quality.from_xml import PlainSystemQR, PlainTa
 from regraft.services.bt_executor.quality.latest_qualities import LatestQualities
 from regraft.services.bt_executor.quality.over_time import Integral, MeanOverTime, Metric, Unknown
 from regraft.services.bt_executor.quality.publisher import QualityPublisher
-from regraft.services.bt_executor.quality.requirement import QualityRequirement
+from regraft.services.bt_executor.quality.requirement_node import QualityRequirement
 from regraft.services.bt_executor.quality.satisfaction_degree import at_least, at_most, close_to
 from regraft.services.bt_executor.quality.system_level import Gathered, SystemLevelQR, combined
 from regraft.services.bt_executor.quality.task_level import TaskLevelQR

@@ -8,7 +8,7 @@ from typing import Any, Final
 from behavior_tree import Input, Node, NodeSetup, Status
 from behavior_tree.data.values import parse_real
 from regraft.services.bt_executor.quality.over_time import Integral, Unknown
-from regraft.services.bt_executor.quality.requirement import QualityRequirement
+from regraft.services.bt_executor.quality.requirement_node import QualityRequirement
 from regraft.services.bt_executor.quality.requirement_text import (
     AllOf,
     Comparison,

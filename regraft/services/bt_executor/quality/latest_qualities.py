@@ -5,7 +5,7 @@ from __future__ import annotations
 from behavior_tree import Tree
 from regraft.bus_schema.messages.quality import Quality
 from regraft.services.bt_executor.quality.naming import bus_names
-from regraft.services.bt_executor.quality.requirement import QualityRequirement
+from regraft.services.bt_executor.quality.requirement_node import QualityRequirement
 
 
 class LatestQualities:

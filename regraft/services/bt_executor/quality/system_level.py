@@ -9,7 +9,7 @@ from typing import ClassVar, Final
 from behavior_tree import Node
 from regraft.bus_schema.messages.quality import QualityLevel
 from regraft.services.bt_executor.quality.over_time import Unknown
-from regraft.services.bt_executor.quality.requirement import QualityRequirement
+from regraft.services.bt_executor.quality.requirement_node import QualityRequirement
 from regraft.services.bt_executor.quality.task_level import TaskLevelQR
 from regraft.services.bt_executor.quality.verdict import Verdict
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from regraft.bus_schema.messages.quality import QualityLevel
-from regraft.services.bt_executor.quality.requirement import QualityRequirement
+from regraft.services.bt_executor.quality.requirement_node import QualityRequirement
 
 
 class TaskLevelQR(QualityRequirement):

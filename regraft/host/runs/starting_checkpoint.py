@@ -10,7 +10,7 @@ from regraft.bus_schema.messages.protocol.control import Snapshot
 
 
 @dataclass(slots=True)
-class LastCheckpoint:
+class StartingCheckpoint:
     """The payload of the last Snapshot that a component has put, empty before the first.
 
     ``counts_from`` is the incarnation from which on checkpoints count: a run on trial before it was undone.

@@ -14,8 +14,8 @@ from regraft.bus_schema.keys import topic_name
 from regraft.bus_schema.messages.protocol.control import Peer, Rewire, RewireStep
 from regraft.runtime.core.pending import Pending
 from regraft.runtime.data.inbound import Frontier
-from regraft.runtime.data.input_move import Move
 from regraft.runtime.data.inputs import LiveInput
+from regraft.runtime.data.move_buffer import Move
 from regraft.runtime.data.stream import Stream
 from regraft.runtime.lifecycle.connections import Connections
 from regraft.runtime.parts import Parts
