@@ -1,8 +1,10 @@
 """The cost of FROG's published qualities: the processor time of a simulated second with them, against that without.
 
-A machine with other work blurs wall times, so these are told for information. Processor time is that of all processes
-of the system, without starting and ending: a component samples it every few simulated seconds. Other work makes it
-greater, never less. Equal runs do the same work between two samples, so the least of all rounds stands for such a part.
+Their share is smaller than what two equal runs differ by. So they are measured ten times a second instead of once,
+against runs in which the same components are called as often and do nothing: a tenth of the difference is what they
+cost. Processor time is that of all processes of the system, without starting and ending: a component samples it every
+few simulated seconds. Other work makes it greater, never less. Equal runs do the same work between two samples, so the
+least of all rounds stands for such a part.
 """
 
 from __future__ import annotations
@@ -11,11 +13,11 @@ import tempfile
 from itertools import pairwise
 from pathlib import Path
 
-from benchmarks.harness import Effort, Result, Sides, compared, in_turns
+from benchmarks.harness import Effort, Result, Sides, compared
 from benchmarks.robots.frog import LEAST, RAY
 from benchmarks.sides.full_speed import run_at_full_speed
 from benchmarks.sides.processor_meter import METER, PART
-from benchmarks.sides.switched import QUIET
+from benchmarks.sides.switched import BEATS, MEASURES, OFTEN
 from benchmarks.sides.system import ROOT
 
 SWITCHED = ROOT / "benchmarks" / "sides" / "switched_frog.yaml"
@@ -23,39 +25,43 @@ SIMULATED = 60.0
 """Simulated seconds of a run."""
 LEAST_RATIO = 0.98
 """Of the real-time factor without qualities: they may cost 2 %."""
+EVERY = 1.0
+"""Seconds between two measurements of a component as it is."""
+OFTEN_MEASURED, OFTEN_CALLED, PLAIN = {MEASURES: "1", BEATS: "1"}, {BEATS: "1"}, dict[str, str]()
 
 
 def qualities(effort: Effort) -> list[Result]:
-    """Run FROG at full speed with and without qualities, in turns."""
+    """Run FROG at full speed with qualities that are measured often, with calls as often, and with neither."""
     seconds = max(LEAST + 2.0 * PART, SIMULATED * effort.share)
     digests: set[str] = set()
-    wall: dict[str, list[list[float]]] = {"": [], "1": []}
 
-    def processor(quiet: str) -> list[float]:
+    def processor(variables: dict[str, str]) -> list[float]:
         with tempfile.TemporaryDirectory(prefix="regraft-bench-") as folder:
             samples = Path(folder) / "samples"
-            run = run_at_full_speed(SWITCHED, seconds, *RAY, variables={QUIET: quiet, METER: str(samples)})
+            run = run_at_full_speed(SWITCHED, seconds, *RAY, variables={**variables, METER: str(samples)})
             taken = [tuple(map(float, line.split())) for line in samples.read_text().splitlines()]
         digests.add(str(run["digest"]))
-        wall[quiet].append([1.0 / float(run["real_time_factor"])])
         return [(used - before) / (now - then) for (then, before), (now, used) in pairwise(taken)]
 
-    sides = in_turns(effort.rounds, lambda: processor(""), lambda: processor("1"))
+    sides: list[dict[str, str]] = [OFTEN_MEASURED, OFTEN_CALLED, PLAIN]
+    runs: list[list[list[float]]] = [[] for _ in sides]
+    for number in range(effort.rounds):
+        for side in (0, 1, 2) if number % 2 == 0 else (2, 1, 0):
+            runs[side].append(processor(sides[side]))
     if len(digests) != 1:
         raise RuntimeError(f"publishing qualities changes a run: its digests are {', '.join(sorted(digests))}")
-    pairs = _by_part(sides)
+    pairs = _by_part(*map(_least, runs))
     note = f"median of {len(pairs.ours)} parts of {PART:g} s, each the least of {effort.rounds} rounds; equal digests"
-    blurred = "for information: other work on the machine blurs it"
-    name, against = "publishing FROG's qualities", "without publishing them"
-    clock = Sides(list(wall[""]), list(wall["1"]))
-    return [
-        compared(f"{name}, processor time", pairs, "s per simulated s", against, 1.0 / LEAST_RATIO, note=note),
-        compared(f"{name}, wall time", clock, "s per simulated s", against, None, note=blurred),
-    ]
+    name, against = "publishing FROG's qualities, processor time", "without publishing them"
+    return [compared(name, pairs, "s per simulated s", against, 1.0 / LEAST_RATIO, note=note)]
 
 
-def _by_part(sides: Sides) -> Sides:
-    """Return each part of the runs beside the other side's, both as in the round that disturbed them least."""
-    ours, theirs = (zip(*runs, strict=True) for runs in (sides.ours, sides.theirs))
-    pairs = [(min(mine), min(other)) for mine, other in zip(ours, theirs, strict=True)]
-    return Sides([[mine] for mine, _ in pairs], [[other] for _, other in pairs])
+def _least(runs: list[list[float]]) -> list[float]:
+    """Return each part of equal runs as in the one that disturbed it least."""
+    return [min(parts) for parts in zip(*runs, strict=True)]
+
+
+def _by_part(measured: list[float], called: list[float], plain: list[float]) -> Sides:
+    """Return each part of a run with its qualities, and without."""
+    costs = [(often - idle) * OFTEN / EVERY for often, idle in zip(measured, called, strict=True)]
+    return Sides([[base + cost] for base, cost in zip(plain, costs, strict=True)], [[base] for base in plain])

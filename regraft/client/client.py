@@ -103,7 +103,7 @@ class Client:
         self._hear(self.keys.status("*"), ComponentStatus, self._board.take_component)
         self._hear(self.keys.host("*", "status"), HostStatus, self._board.take_host)
         self._hear(self.keys.clock("time"), ClockTime, self._board.take_clock)
-        self._hear(self.keys.qualities("*"), MeasuredQualities, self._board.take_measured)
+        self._hear(self.keys.qualities("*"), MeasuredQualities, self._board.take_measured, lazy=True)
 
     @classmethod
     def connect(cls, info: RunInfo, name: str | None = None) -> Client:
@@ -250,6 +250,7 @@ class Client:
 
     def last_measured(self, component: str) -> MeasuredQualities | None:
         """Return the qualities that a component has published last while this client listened, None if none."""
+        self._listener.take_lazy()
         return self._board.measured(component)
 
     def types(self, component: str, *names: str, timeout: float = 2.0) -> tuple[TypeDescription, ...]:
@@ -354,7 +355,7 @@ class Client:
         """Have ``callback`` called with the MeasuredQualities that a component publishes."""
         return self._subscribe(component, self.keys.qualities(component_name(component)), MeasuredQualities, callback)
 
-    def _hear(self, key: str, cls: type[A], callback: Callable[[A], object]) -> Closable:
+    def _hear(self, key: str, cls: type[A], callback: Callable[[A], object], *, lazy: bool = False) -> Closable:
         def take(sample: Sample) -> None:
             try:
                 message = codec.decode(sample.payload, cls)
@@ -362,7 +363,7 @@ class Client:
                 return
             callback(message)
 
-        return self._listener.subscribe(key, take)
+        return self._listener.subscribe(key, take, lazy=lazy)
 
     def topic(self, topic: str, cls: type | None, callback: Callable[[TopicSample], object]) -> Subscription:
         """Have ``callback`` called with what is published: instances of ``cls``, or plain data for None.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 from typing import Any
 
@@ -43,6 +44,8 @@ class Listener:
         self._bus = bus
         self._tick = tick
         self._inbox = Inbox()
+        self._lazy: deque[_Waiting] = deque()
+        self._taking = threading.Lock()
         self._stopped = False
         self._open: set[_Subscribed] = set()
         self._thread = threading.Thread(target=self._run, name=f"client {name}", daemon=True)
@@ -54,16 +57,22 @@ class Listener:
         handler: Callable[[Sample], object],
         admit: Callable[[], bool] = lambda: True,
         missed: Callable[[], object] = lambda: None,
+        *,
+        lazy: bool = False,
     ) -> Closable:
         """Have ``handler`` called with every sample whose key matches and that ``admit`` lets in.
+
+        A ``lazy`` one wakes nobody: it waits for the next sample that does, for a look around, or for `take_lazy`.
 
         ``admit`` runs on the network thread, before the sample is opened: it bounds what waits. ``missed`` is called
         for one that cannot be opened: its writer has taken it back.
         """
 
+        waiting, put = (self._lazy.__len__, self._lazy.append) if lazy else (self._inbox.qsize, self._inbox.put)
+
         def sink(item: Any) -> None:
-            if self._inbox.qsize() < MAX_WAITING and admit():
-                self._inbox.put((handler, missed, item))
+            if waiting() < MAX_WAITING and admit():
+                put((handler, missed, item))
 
         subscribed = _Subscribed(self._bus.subscribe(key, sink), self._open.discard)
         self._open.add(subscribed)
@@ -84,10 +93,18 @@ class Listener:
         if not self.is_here:
             self._thread.join(LEAVE_TIMEOUT)
 
+    def take_lazy(self) -> None:
+        """Handle what has woken nobody, on any thread; in its order, as others wait until it is done."""
+        if self._lazy:
+            with self._taking:
+                for _ in range(len(self._lazy)):
+                    self._handle(*self._lazy.popleft())
+
     def _run(self) -> None:
         looked = time.monotonic()
         while not self._stopped:
             item: _Waiting | None = self._inbox.get(LOOK_AROUND)
+            self.take_lazy()
             if item is not None:
                 self._handle(*item)
             if time.monotonic() - looked >= (LOOK_AROUND if self._inbox.empty() else LOOK_AWAY):
