@@ -246,6 +246,8 @@ class Member:
         inbox.eager = True
         try:
             while not inbound.holds(step.frontier):
+                if self._runtime.state is State.FINALIZED:
+                    return ""  # it reads nothing any more
                 behind = inbound.reaches(step.frontier)  # by a marker, which comes behind what was put before it
                 hopeless = (behind or time.monotonic() > ask_at) and not inbound.ask_for_missing(step.frontier)
                 if hopeless or within.is_over():

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import threading
 from collections import Counter
+from collections.abc import Mapping
 
 import pytest
 
 from regraft import Component, every
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.protocol.clock import CauseCode, Join
+from regraft.bus_schema.messages.protocol.control import ResentSample
 from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.lockstep import source
 from tests.stepped.parts import Adviser, Clerk, Pusher, Reading, Sleeper, Text, TinyWorld, Waker, Witness
@@ -193,6 +195,24 @@ def test_a_member_that_leaves_does_not_stop_time_and_the_run_is_marked(steps: St
     }
     assert all(cause.stamp >= 1.0 for cause in told.causes)
     steps.wait_for_time(told.time / 1e9 + 2.0)
+
+
+def test_a_member_that_leaves_in_the_middle_of_a_step_has_lost_no_messages(
+    steps: StepSite, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _start_all(steps, 3600.0)
+    steps.wait_for_time(1.0)
+    runtime = steps.runtimes["witness"]
+    take_samples = runtime.inbound.arrive_early
+
+    def end_and_take(samples: Mapping[str, ResentSample]) -> None:
+        runtime.lifecycle.reach(State.FINALIZED)
+        take_samples(samples)
+
+    monkeypatch.setattr(runtime.inbound, "arrive_early", end_and_take)
+    steps.threads["witness"].join()
+    told = steps.told(lambda t: t.dropped == ("witness",), "it to be dropped")
+    assert {(cause.code, cause.component) for cause in told.causes} == {(CauseCode.LEFT, "witness")}
 
 
 def test_a_member_that_comes_back_goes_on(steps: StepSite) -> None:
