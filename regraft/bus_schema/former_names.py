@@ -21,7 +21,7 @@ FORMER_NAMES = {
 
 
 def present_name(name: str, known: Container[str]) -> str | None:
-    """Return what a field of a former ``name`` is called now, if that is among ``known``; None if ``name`` is too.
+    """Return which field of ``known`` had that name before; None if there is none, or one still has it.
 
     >>> present_name("cls", ["class", "host"])
     'class'

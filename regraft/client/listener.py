@@ -1,4 +1,4 @@
-"""The one thread of a client: takes what the bus brings and hands it on."""
+"""The thread of a client: takes what the bus brings and hands it on."""
 
 from __future__ import annotations
 
@@ -37,7 +37,10 @@ class _Subscribed:
 
 
 class Listener:
-    """Opens samples and calls their handlers one at a time, so that no handler runs on a network thread."""
+    """Opens samples and calls their handlers one at a time, so that no handler runs on a network thread.
+
+    Handlers of lazy samples may run on any other thread, next to one of the others. They must not call `take_lazy`.
+    """
 
     def __init__(self, bus: Bus, name: str, tick: Callable[[], object]) -> None:
         """Start the thread; ``tick`` is called several times a second, or once where much is to be handled."""
@@ -95,10 +98,9 @@ class Listener:
 
     def take_lazy(self) -> None:
         """Handle what has woken nobody, on any thread; in its order, as others wait until it is done."""
-        if self._lazy:
-            with self._taking:
-                for _ in range(len(self._lazy)):
-                    self._handle(*self._lazy.popleft())
+        with self._taking:
+            for _ in range(len(self._lazy)):
+                self._handle(*self._lazy.popleft())
 
     def _run(self) -> None:
         looked = time.monotonic()

@@ -86,7 +86,7 @@ class HostSeen:
 
 
 class Board:
-    """The latest status of everybody. Written by the listener's thread, read by any."""
+    """The latest status of everybody. Any thread may write it, and read it."""
 
     def __init__(self) -> None:
         """Start empty."""

@@ -159,7 +159,7 @@ class Host(Supervisor):
         self._next_look = now + LOOK_INTERVAL
         self.take_lazy()  # nobody is silent whose heartbeat is here
         self.questions.describer.look(now)
-        self._watching.judge(now, self.all_processes(), self.processes.get(self.plan.source or ""), self.plan.limits)
+        self._killer.judge(now, self.all_processes(), self.processes.get(self.plan.source or ""), self.plan.limits)
         if now >= self._next_status:
             self._next_status = now + STATUS_INTERVAL
             self._publisher.status(self.status())

@@ -60,7 +60,7 @@ class Supervisor:
         self._zygote = zygote
         self._clock = RealClock()
         self._publisher = publisher
-        self._watching = ProcessKiller(publisher, zygote)
+        self._killer = ProcessKiller(publisher, zygote)
         self._next_status = 0.0
         self.when_ended: Callable[[ManagedProcess], object] = lambda _: None
 
@@ -122,7 +122,7 @@ class Supervisor:
         self.ended = True
         for managed in self.all_processes():
             managed.ordered, managed.pid, managed.start_at, managed.kill_at = False, 0, None, None
-            self._watching.forget(managed)
+            self._killer.forget(managed)
 
     def zygote_reports(self, report: dict[str, Any]) -> None:
         managed = self.standby_runs.run_of(report["name"], report["incarnation"])
@@ -130,14 +130,14 @@ class Supervisor:
             return
         managed.ordered = False
         if "aborted" in report:
-            self._watching.aborted(managed, time.monotonic())
+            self._killer.aborted(managed, time.monotonic())
         elif "started" in report:
             managed.pid = report["started"]
             if managed.stopping:
                 self._zygote.signal(managed.pid, signal.SIGTERM)
             elif managed.spec.managed:
                 timeout = self.plan.architecture.handler_timeout(managed.spec)
-                self._watching.expect(managed, FIRST_BEAT_TIMEOUT + timeout, time.monotonic())
+                self._killer.expect(managed, FIRST_BEAT_TIMEOUT + timeout, time.monotonic())
             else:
                 managed.state = ProcessState.RUNNING
         else:
@@ -150,7 +150,7 @@ class Supervisor:
 
     def _process_ended(self, managed: ManagedProcess, code: int) -> None:
         name, scheduled = managed.spec.name, managed.held_until is not None
-        self._watching.forget(managed)
+        self._killer.forget(managed)
         managed.pid, managed.kill_at = 0, None
         managed.exit_reason = managed.why_killed or how_it_ended(code)
         if self.standby_runs.stands(managed):
@@ -213,7 +213,7 @@ class Supervisor:
     def _forget(self, managed: ManagedProcess) -> None:
         del self.processes[managed.spec.name]
         self.past.note(managed.spec.name, managed.past_until, managed.checkpoint.payload)
-        self._watching.forget(managed)
+        self._killer.forget(managed)
         self._next_status = 0.0
         self._publisher.event("component.removed", managed.spec.name, f"{managed.spec.name} was removed")
 
@@ -227,7 +227,7 @@ class Supervisor:
             elif managed.removed:
                 self._forget(managed)
             return
-        self._watching.forget(managed)
+        self._killer.forget(managed)
         managed.kill_at = time.monotonic() + grace
         if managed.pid:
             self._zygote.signal(managed.pid, signal.SIGTERM)
@@ -236,13 +236,13 @@ class Supervisor:
     def beats(self, managed: ManagedProcess) -> None:
         now = time.monotonic()
         if managed.seen:
-            self._watching.beat(managed, now)
+            self._killer.beat(managed, now)
             return
         managed.seen, managed.state = True, ProcessState.RUNNING
         self._next_status = 0.0
         if managed.stopping:
             return
-        self._watching.expect(managed, self.plan.architecture.handler_timeout(managed.spec), now)
+        self._killer.expect(managed, self.plan.architecture.handler_timeout(managed.spec), now)
         if managed.spec.name == self.plan.source:
             self._start_the_others(now)
 

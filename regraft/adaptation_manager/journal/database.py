@@ -1,4 +1,4 @@
-"""The journal's file: an SQLite database that is opened, written in transactions, kept in its place, and sifted."""
+"""The journal's database: an SQLite file that is opened, written in transactions, kept in its place, and sifted."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class JournalCorrupt(JournalError):
     """The file is no journal, or a damaged one."""
 
 
-class JournalFile:
+class JournalDatabase:
     """An open journal; ``tell`` is called with rows that were set aside."""
 
     def __init__(self, path: str, tell: Callable[[str], object]) -> None:

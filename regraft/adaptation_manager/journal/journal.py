@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from regraft.adaptation_manager.journal.database import JournalCorrupt, JournalError, JournalFile, set_aside
+from regraft.adaptation_manager.journal.database import JournalCorrupt, JournalDatabase, JournalError, set_aside
 from regraft.adaptation_manager.journal.rows import decoded
 from regraft.adaptation_manager.journal.schema import FOLLOWING, LINE, PLAN, STATE
 from regraft.adaptation_manager.journal.seals import Field, is_sealed, seal
@@ -38,7 +38,7 @@ class OpenLine:
     steps: tuple[tuple[PlannedStep, StepState] | None, ...]
 
 
-class Journal(JournalFile):
+class Journal(JournalDatabase):
     """The journal of one system; a file holds all its runs, one of which is current (``run``)."""
 
     def __init__(self, path: str, tell: Callable[[str], object] = lambda text: None) -> None:

@@ -24,7 +24,7 @@ that does so ends by itself, so nobody waits for these seconds.
 
 
 class ProcessKiller:
-    """Judges processes, look by look. Times are monotonic seconds."""
+    """Kills processes that hang or use too much, by looks. Times are monotonic seconds."""
 
     def __init__(self, publisher: HostPublisher, zygote: Zygote) -> None:
         self._silence = Watchdog()

@@ -18,7 +18,7 @@ from regraft.component.future import Future
 from regraft.component.ports import Input
 from regraft.runtime.data.fetching import Fetching, is_notice
 from regraft.runtime.data.hold_buffer import HoldBuffer
-from regraft.runtime.data.move_buffer import Move
+from regraft.runtime.data.move_buffer import MoveBuffer
 
 M = TypeVar("M")
 
@@ -60,7 +60,7 @@ class LiveInput(Generic[M]):
         self.paused = True
         self.hold_buffer: HoldBuffer | None = None
         self.key = ""
-        self.move: Move | None = None
+        self.move: MoveBuffer | None = None
         self._handle = handle
         self._reporter = reporter
         self._kind = type_of(declared.message) if declared.message else None

@@ -11,7 +11,7 @@ from regraft.runtime.data.replay_buffer import MAX_HELD, MAX_HELD_BYTES
 
 
 @dataclass(slots=True)
-class Move:
+class MoveBuffer:
     """An input on its way to another key: what has arrived there waits until the switch.
 
     ``marks`` holds, per source, the incarnation and sequence of its first marker: what lies behind it is ours.

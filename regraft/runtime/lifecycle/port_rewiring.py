@@ -15,7 +15,7 @@ from regraft.bus_schema.messages.protocol.control import Peer, Rewire, RewireSte
 from regraft.runtime.core.pending import Pending
 from regraft.runtime.data.inbound import Frontier
 from regraft.runtime.data.inputs import LiveInput
-from regraft.runtime.data.move_buffer import Move
+from regraft.runtime.data.move_buffer import MoveBuffer
 from regraft.runtime.data.stream import Stream
 from regraft.runtime.lifecycle.connections import Connections
 from regraft.runtime.parts import Parts
@@ -80,7 +80,7 @@ class Rewiring:
                 raise RewiringRefused(f"input {step.port!r} is connected to {step.topic!r} already")
             if port.move is not None and port.move.key != key:
                 raise RewiringRefused(f"input {step.port!r} is on its way to another topic")
-            port.move = port.move or Move(key)
+            port.move = port.move or MoveBuffer(key)
             self._connections.also_read(step.port, key)
             return {}
         output = self._parts.outputs.get(step.port)
