@@ -5,7 +5,8 @@ heartbeat may be late because a thread waits for a processor: one of the compone
 host's own. Such waits (Linux's ``schedstat``) do not count as silence. They are counted from the first closer look on;
 those before it are estimated by how crowded the machine is then. Time that was taken from a virtual machine's
 processors does not count either: a thread on one then stops without waiting. Nor does a wait that the kernel does not
-interrupt (state D), for a slow disk above all. It ends by itself, and a kill does not end it sooner.
+interrupt (state D): for a slow disk, or for memory that the host of a virtual machine has to bring. It ends by itself,
+and a kill does not end it sooner.
 """
 
 from __future__ import annotations
@@ -23,8 +24,11 @@ MAX_FORGIVEN = 2.0
 """Seconds of waits for a processor that are forgiven at the most: on a machine so loaded, hung is still found."""
 MAX_FORGIVEN_OF_ONE = 30.0
 """The same for the one thread that waited longest: it cannot have done anything meanwhile."""
-MAX_FORGIVEN_ON_DISK = 10.0
-"""Seconds of uninterruptible waits that are forgiven at the most."""
+MAX_FORGIVEN_ON_DISK = 30.0
+"""Seconds of uninterruptible waits that are forgiven at the most: in these, too, a thread cannot do anything.
+
+A virtual machine has kept a thread in such a wait for 15 s.
+"""
 
 
 @dataclass(slots=True)
