@@ -65,15 +65,17 @@ class Sides:
 
 def in_turns(rounds: int, ours: Callable[[], Sequence[float]], theirs: Callable[[], Sequence[float]]) -> Sides:
     """Measure A B, B A, A B ...: what drifts (load, clock speed) meets both sides alike."""
-    sides = Sides()
+    return Sides(*all_in_turns(rounds, ours, theirs))
+
+
+def all_in_turns(rounds: int, *sides: Callable[[], Sequence[float]]) -> list[list[Sequence[float]]]:
+    """Measure any number of sides so: forwards in one round, backwards in the next; returns the rounds of each."""
+    taken: list[list[Sequence[float]]] = [[] for _ in sides]
     for number in range(rounds):
-        if number % 2 == 0:
-            sides.ours.append(ours())
-            sides.theirs.append(theirs())
-        else:
-            sides.theirs.append(theirs())
-            sides.ours.append(ours())
-    return sides
+        pairs = list(zip(sides, taken, strict=True))
+        for measure, samples in pairs if number % 2 == 0 else reversed(pairs):
+            samples.append(measure())
+    return taken
 
 
 def percentile(samples: Sequence[float], share: float) -> float:

@@ -11,10 +11,11 @@ least of all rounds stands for such a part.
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 
-from benchmarks.harness import Effort, Result, Sides, compared
+from benchmarks.harness import Effort, Result, Sides, all_in_turns, compared
 from benchmarks.robots.frog import LEAST, RAY
 from benchmarks.sides.full_speed import run_at_full_speed
 from benchmarks.sides.processor_meter import METER, PART
@@ -28,7 +29,6 @@ LIMIT = 1.0 / 0.98
 """Of the processor time without qualities: they may make a run 2 % slower."""
 EVERY = 1.0
 """Seconds between two measurements of a component as it is."""
-OFTEN_MEASURED, OFTEN_CALLED, PLAIN = {MEASURES: "1", BEATS: "1"}, {BEATS: "1"}, dict[str, str]()
 
 
 def qualities(effort: Effort) -> list[Result]:
@@ -36,19 +36,16 @@ def qualities(effort: Effort) -> list[Result]:
     seconds = max(LEAST + 2.0 * PART, SIMULATED * effort.share)
     digests: set[str] = set()
 
-    def processor(variables: dict[str, str]) -> list[float]:
+    def processor(*switched_on: str) -> list[float]:
         with tempfile.TemporaryDirectory(prefix="regraft-bench-") as folder:
             samples = Path(folder) / "samples"
-            run = run_at_full_speed(SWITCHED, seconds, *RAY, variables={**variables, METER: str(samples)})
+            variables = {**dict.fromkeys(switched_on, "1"), METER: str(samples)}
+            run = run_at_full_speed(SWITCHED, seconds, *RAY, variables=variables)
             taken = [tuple(map(float, line.split())) for line in samples.read_text().splitlines()]
         digests.add(str(run["digest"]))
         return [(used - before) / (now - then) for (then, before), (now, used) in pairwise(taken)]
 
-    sides: list[dict[str, str]] = [OFTEN_MEASURED, OFTEN_CALLED, PLAIN]
-    runs: list[list[list[float]]] = [[] for _ in sides]
-    for number in range(effort.rounds):
-        for side in (0, 1, 2) if number % 2 == 0 else (2, 1, 0):
-            runs[side].append(processor(sides[side]))
+    runs = all_in_turns(effort.rounds, lambda: processor(MEASURES, BEATS), lambda: processor(BEATS), processor)
     if len(digests) != 1:
         raise RuntimeError(f"publishing qualities changes a run: its digests are {', '.join(sorted(digests))}")
     pairs = _by_part(*map(_least, runs))
@@ -58,7 +55,7 @@ def qualities(effort: Effort) -> list[Result]:
     return [compared(name, pairs, "s per simulated s", against, LIMIT, note=note)]
 
 
-def _least(runs: list[list[float]]) -> list[float]:
+def _least(runs: list[Sequence[float]]) -> list[float]:
     """Return each part of equal runs as in the one that disturbed it least."""
     return [min(parts) for parts in zip(*runs, strict=True)]
 
