@@ -44,6 +44,8 @@ class NoRoom(Exception):
 class RunInfo:
     """How to reach a running system; ``join`` is the endpoint for further hosts, ``host`` the one that wrote this.
 
+    ``onlookers`` is the endpoint for this machine's onlookers: nobody waits for one that comes there.
+
     ``secret`` proves to its hub that a session belongs to the system.
     """
 
@@ -57,11 +59,12 @@ class RunInfo:
     join: str = ""
     host: str = "local"
     secret: str = field(default="", repr=False)
+    onlookers: str = ""
 
     @property
     def hub(self) -> Endpoints:
-        """How a session reaches the system's hub, and is admitted."""
-        return Endpoints(connect=(self.endpoint,), secret=self.secret)
+        """How an onlooker's session reaches the system's hub, and is admitted."""
+        return Endpoints(connect=(self.onlookers or self.endpoint,), secret=self.secret)
 
 
 def home() -> Path:

@@ -26,8 +26,13 @@ MAX_PORT = 65535
 _PORT = re.compile("[0-9]{1,5}")
 MAX_PENDING = 512
 """Connections to a hub that have not proved themselves yet; further ones are closed. Each takes a file."""
-BLOCKED_PUT = 0.2
-"""Seconds that a reliable put may block under the real clock before the link at fault is closed."""
+BLOCKED_AT_HUB = 0.2
+"""Seconds that a hub waits for room on a reader's link, under the real clock, before it closes the link."""
+BLOCKED_PUT = 0.4
+"""The same for the others, whose link leads to a hub: longer, or a reader that stopped would cost a writer its link.
+
+It is less than a loop may be silent.
+"""
 BLOCKED_PUT_IN_STEP = 15.0
 """The same under simulated time: longer than the step bound, since one lost message would mean waiting for ever."""
 SHARED_MEMORY_FROM = 128 * 1024
@@ -36,6 +41,13 @@ SHARED_MEMORY_FROM = 128 * 1024
 A pool is in memory as a whole once its first message is written: too much for a robot's architecture, 55 to 105 kB.
 """
 SHARED_MEMORY_POOL = 64 * MEGABYTE
+WAIT_FOR_NO_ONLOOKER = {
+    "id": "onlookers",
+    "link_protocols": ["unixsock-stream"],
+    "flows": ["egress"],
+    "messages": ["put", "delete"],
+    "overwrite": {"congestion_control": "drop"},
+}
 USER = "regraft"
 """The user name that goes with a system's secret; Zenoh wants one."""
 
@@ -53,6 +65,9 @@ class Tls:
 class Endpoints:
     """Where a session listens and connects, such as ``tcp/127.0.0.1:7447``; ``router`` makes it a hub.
 
+    ``onlookers`` is a Unix socket at which a hub listens, too. Nobody waits for those that come there: data that an
+    onlooker is too slow for is left out. They are known by the kind of socket, so the hub must have no other of it.
+
     ``tls`` is what it needs to connect to ``tls/...`` endpoints; a hub listens at none, ``regraft.security.gate`` does.
     ``secret`` proves that a session belongs to the system: a hub admits nobody without it, over any kind of link; with
     an empty one it admits everybody.
@@ -61,6 +76,7 @@ class Endpoints:
     listen: tuple[str, ...] = ()
     connect: tuple[str, ...] = ()
     router: bool = False
+    onlookers: str = ""
     tls: Tls | None = None
     secret: str = field(default="", repr=False)
 
@@ -93,10 +109,11 @@ def config(endpoints: Endpoints, *, lockstep: bool, admitted: str = "") -> zenoh
 
     ``admitted`` is the path of the file that names who may connect to a hub; without one everybody may.
     """
-    blocked = BLOCKED_PUT_IN_STEP if lockstep else BLOCKED_PUT
+    blocked = BLOCKED_PUT_IN_STEP if lockstep else (BLOCKED_AT_HUB if endpoints.router else BLOCKED_PUT)
+    listen = [*endpoints.listen, endpoints.onlookers] if endpoints.onlookers else list(endpoints.listen)
     settings: dict[str, object] = {
         "mode": "router" if endpoints.router else ("client" if endpoints.needs_hub else "peer"),
-        "listen/endpoints": list(endpoints.listen),
+        "listen/endpoints": listen,
         "connect/endpoints": list(endpoints.connect),
         "connect/retry": {"period_init_ms": 50, "period_max_ms": 100, "period_increase_factor": 1},
         "scouting/multicast/enabled": False,
@@ -113,6 +130,8 @@ def config(endpoints: Endpoints, *, lockstep: bool, admitted: str = "") -> zenoh
     }
     if endpoints.router:
         settings["connect/exit_on_failure"] = False
+    if endpoints.onlookers:
+        settings["qos/network"] = [WAIT_FOR_NO_ONLOOKER]
     if endpoints.tls:
         settings |= _tls_settings(endpoints.tls)
     if endpoints.secret:

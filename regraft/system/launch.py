@@ -30,6 +30,7 @@ from regraft.process.scheduling import work_in_batches
 from regraft.process.shutdown import ShutdownRequest
 from regraft.process.trial.trial_import import Notice, check_classes
 from regraft.process.unrepeatable import find_uses
+from regraft.process.zenoh_threads import have_many_threads_read
 from regraft.security.access import Guard, as_reached
 from regraft.security.gatekeeper import Gatekeeper
 from regraft.security.system_secret import fresh
@@ -40,6 +41,8 @@ from regraft.system import capacity
 
 PUMP = 0.05
 OPEN_TO_NOBODY = Guard()
+CLOCK_SOCKET = "clock.sock"
+ONLOOKERS_SOCKET = "onlookers.sock"
 PORTS = range(10_000, 20_000)
 """TCP ports of hubs: below those that the kernel gives to outgoing connections."""
 LONGEST_SOCKET_PATH = 100
@@ -87,15 +90,11 @@ def free_endpoint() -> str:
     raise NoPort(f"no TCP port of 127.0.0.1 from {PORTS[0]} to {PORTS[-1]} is free: {why}")
 
 
-def endpoint_in(folder: Path) -> str:
-    """Return the endpoint at which the components of this machine reach the source of simulated time.
-
-    It is a Unix socket in the system's folder, which makes a run about a twentieth faster than TCP does. Where a path
-    is too long for a socket, it is a loopback endpoint that is free now; raises NoPort.
-    """
-    socket_file = str(folder / "clock.sock")
+def socket_in(folder: Path, name: str) -> str:
+    """Return the endpoint of a Unix socket in the system's folder; empty where the path cannot be a socket's."""
+    socket_file = str(folder / name)
     fits = len(os.fsencode(socket_file)) <= LONGEST_SOCKET_PATH and not set(socket_file) & MEANS_MORE_IN_ENDPOINTS
-    return f"unixsock-stream/{socket_file}" if fits else free_endpoint()
+    return f"unixsock-stream/{socket_file}" if fits else ""
 
 
 def run_system(
@@ -193,12 +192,15 @@ def _plan(stack: Stack, duration: float | None, secret: str) -> HostPlan:
         free_endpoint(),
         secret,
         source,
-        endpoint_in(folder) if source else "",
+        # A Unix socket makes a run about a twentieth faster than TCP does.
+        (socket_in(folder, CLOCK_SOCKET) or free_endpoint()) if source else "",
+        free_endpoint() if source else "",
         str(folder / run_directory.STEP_SOCKET) if source else "",
         stack.seed,
         duration,
         references=stack.references,
         faults=stack.faults,
+        onlookers=socket_in(folder, ONLOOKERS_SOCKET),
     )
 
 
@@ -225,9 +227,10 @@ def _run(
     notices: tuple[str, ...],
     step: Callable[[Running], None],
 ) -> None:
-    connect = (plan.source_endpoint,) if plan.source else ()
+    connect = (plan.source_door,) if plan.source else ()
     doors = (plan.endpoint, listen) if listen and gate is None else (plan.endpoint,)
-    endpoints = Endpoints(doors, connect, router=True, secret=plan.secret)
+    endpoints = Endpoints(doors, connect, router=True, onlookers=plan.onlookers, secret=plan.secret)
+    have_many_threads_read()
     bus = open_bus(endpoints, lockstep=plan.architecture.simulated)
     try:
         ending.check()
@@ -241,6 +244,7 @@ def _run(
             plan.architecture.simulated,
             join=as_reached(listen or plan.endpoint),
             secret=plan.secret,
+            onlookers=plan.onlookers,
         )
         running = Running(host, bus, info, ending, notices)
         host.start()

@@ -51,7 +51,7 @@ def open_session(endpoints: list[str], secret: str, *, stepped: bool) -> zenoh.S
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
         "transport/link/tx/lease": 1000,
-        "transport/link/tx/queue/congestion_control/block/wait_before_close": 15_000_000 if stepped else 200_000,
+        "transport/link/tx/queue/congestion_control/block/wait_before_close": 15_000_000 if stepped else 400_000,
     }
     if secret:
         settings |= {"transport/auth/usrpwd/user": "regraft", "transport/auth/usrpwd/password": secret}

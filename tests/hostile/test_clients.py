@@ -1,11 +1,8 @@
-"""Clients that come and go by the thousand, and those that stop in the middle."""
+"""Clients that come and go by the thousand."""
 
 from __future__ import annotations
 
 import os
-import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -14,13 +11,10 @@ from regraft.client import Client
 from tests.hostile.bus.raw import stranger
 from tests.hostile.components.test_bad_components import heard
 from tests.hostile.conftest import SINK, SOURCE, Start
-from tests.support.paths import ROOT
 from tests.support.systems import System
 from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.slow
-
-FLOOD = "  flood: {class: 'tests.hostile.parts:Flood', parameters: {size: 100000, seconds: 3.0}}\n"
 
 
 def _goes_on(system: System) -> None:
@@ -63,19 +57,3 @@ def test_a_thousand_clients_that_come_and_go_leave_nothing_behind(start: Start) 
     _goes_on(system)
     print(f"the host grew from {before / 1e6:.0f} to {_resident(system.process.pid) / 1e6:.0f} MB")
     assert _resident(system.process.pid) < before + 100e6
-
-
-def test_an_onlooker_that_is_stopped_while_data_flows_holds_up_nobody(start: Start) -> None:
-    system = start(FLOOD + SOURCE + SINK)
-    system.wait_running("flood")
-    command = [sys.executable, "-m", "regraft.cli", "topic", "echo", "numbers"]
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as echo:
-        assert echo.stdout is not None
-        assert echo.stdout.readline()
-        echo.send_signal(signal.SIGSTOP)
-        try:
-            _goes_on(system)
-            _goes_on(system)
-            assert _resident(system.process.pid) < 1e9
-        finally:
-            echo.kill()

@@ -134,7 +134,7 @@ class ManagedProcess:
             seed=plan.seed,
             sensor_streams=plan.sensor_streams(),
             checkpoint=self.checkpoint.opened(),
-            listen_endpoints=(plan.source_endpoint,) if is_source else (),
+            listen_endpoints=(plan.source_endpoint, plan.source_door) if is_source else (),
             connect_endpoints=connect,
             step_socket=plan.step_socket,
             members=plan.members() if is_source else (),

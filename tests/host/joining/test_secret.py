@@ -113,9 +113,9 @@ def test_the_worlds_own_door_is_as_narrow(name: str, monkeypatch: pytest.MonkeyP
         try:
             system.wait_running("world")
             doors = {f"tcp/127.0.0.1:{port}" for port in listening(system.process.pid)}
-            doors |= {f"unixsock-stream/{file}" for file in Path(folder).rglob("clock.sock")}
-            assert len(doors) == 2, "the host and the world listen"
-            assert any(door.startswith("unixsock") for door in doors) == (name == "short")
+            files = [file for found in ("clock", "onlookers") for file in Path(folder).rglob(f"{found}.sock")]
+            assert (len(doors), len(files)) == ((2, 2) if name == "short" else (3, 0)), "the host and the world listen"
+            doors |= {f"unixsock-stream/{file}" for file in files}
             for door in doors:
                 refused(door)
                 open_bus(Endpoints(connect=(door,), secret=system.info.secret), lockstep=True).close()

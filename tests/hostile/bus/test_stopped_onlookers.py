@@ -1,0 +1,73 @@
+"""Onlookers that a person has stopped, as by Ctrl-Z, while data flows to them."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from regraft.bus_schema.messages.health import Event
+from tests.hostile.components.test_bad_components import heard
+from tests.hostile.conftest import HEAD, SINK, SOURCE, Start
+from tests.support.paths import ROOT
+from tests.support.systems import System
+from tests.support.waiting import wait_until
+
+pytestmark = pytest.mark.slow
+
+FLOOD = "  flood: {class: 'tests.hostile.parts:Flood', parameters: {size: 10000, seconds: 60.0}}\n"
+WORLD = "  world: {class: 'tests.stepped.parts:TinyWorld'}\n"
+SIMULATED = """\
+system: tests
+clock: simulated
+speed: max
+seed: 1
+imports: [tests.hostile.parts, tests.stepped.parts]
+topics:
+  numbers: {type: hostile_tests/Number, writers: many}
+  position: {type: stepped_tests/Reading}
+components:
+"""
+MORE_THAN_LINKS_HOLD = 20_000
+"""Numbers of 10 kB."""
+HELD_UP = ("component.hung", "component.restarted", "clock.dropped", "message.lost")
+
+
+@contextlib.contextmanager
+def _stopped_onlookers(count: int) -> Iterator[None]:
+    command = [sys.executable, "-m", "regraft.cli", "topic", "echo", "numbers"]
+    with contextlib.ExitStack() as ended:
+        for _ in range(count):
+            echo = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+            ended.enter_context(echo)
+            ended.callback(echo.kill)
+            assert echo.stdout is not None
+            assert echo.stdout.readline()
+            echo.send_signal(signal.SIGSTOP)
+        yield
+
+
+def _resident(pid: int) -> int:
+    return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * 4096
+
+
+def _held_up(system: System) -> list[Event]:
+    return [event for event in system.events if event.kind in HELD_UP]
+
+
+@pytest.mark.parametrize("count", [1, 4])
+@pytest.mark.parametrize("head", [HEAD, SIMULATED])
+def test_onlookers_that_are_stopped_while_data_flows_hold_up_nobody(start: Start, head: str, count: int) -> None:
+    system = start(FLOOD + SOURCE + SINK + (WORLD if head == SIMULATED else ""), head=head)
+    system.wait_running("flood")
+    with _stopped_onlookers(count):
+        before = heard(system)
+        wait_until(lambda: heard(system) > before + MORE_THAN_LINKS_HOLD, "the sink to hear more")
+        assert not _held_up(system)
+        assert _resident(system.process.pid) < 1e9
+        assert {process.incarnation for process in system.processes().values()} == {1}
