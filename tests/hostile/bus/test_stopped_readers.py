@@ -1,9 +1,8 @@
-"""Onlookers that a person has stopped, as by Ctrl-Z, while data flows to them."""
+"""Processes that are stopped, as by Ctrl-Z or a debugger, while data flows to them."""
 
 from __future__ import annotations
 
 import contextlib
-import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -14,6 +13,7 @@ import pytest
 from regraft.bus_schema.messages.health import Event
 from tests.hostile.components.test_bad_components import heard
 from tests.hostile.conftest import HEAD, SINK, SOURCE, Start
+from tests.support.machine.processes import stop
 from tests.support.paths import ROOT
 from tests.support.systems import System
 from tests.support.waiting import wait_until
@@ -21,6 +21,11 @@ from tests.support.waiting import wait_until
 pytestmark = pytest.mark.slow
 
 FLOOD = "  flood: {class: 'tests.hostile.parts:Flood', parameters: {size: 10000, seconds: 60.0}}\n"
+SECOND = """\
+  second:
+    class: 'tests.hostile.parts:Sink'
+    services: {heard: second/heard, ticked: second/ticked}
+"""
 WORLD = "  world: {class: 'tests.stepped.parts:TinyWorld'}\n"
 SIMULATED = """\
 system: tests
@@ -48,7 +53,7 @@ def _stopped_onlookers(count: int) -> Iterator[None]:
             ended.callback(echo.kill)
             assert echo.stdout is not None
             assert echo.stdout.readline()
-            echo.send_signal(signal.SIGSTOP)
+            stop(echo.pid)
         yield
 
 
@@ -71,3 +76,14 @@ def test_onlookers_that_are_stopped_while_data_flows_hold_up_nobody(start: Start
         assert not _held_up(system)
         assert _resident(system.process.pid) < 1e9
         assert {process.incarnation for process in system.processes().values()} == {1}
+
+
+def test_a_component_that_is_stopped_while_data_flows_is_killed_alone(start: Start) -> None:
+    system = start(FLOOD + SOURCE + SINK + SECOND)
+    second = system.wait_running("second")
+    system.wait_running("flood")
+    stop(second.pid)
+    system.wait_running("second", incarnation=2)
+    before = heard(system)
+    wait_until(lambda: heard(system) > before + MORE_THAN_LINKS_HOLD, "the sink to hear more")
+    assert {event.subject for event in system.events if event.kind == "component.hung"} == {"second"}
