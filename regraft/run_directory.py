@@ -44,7 +44,7 @@ class NoRoom(Exception):
 class RunInfo:
     """How to reach a running system; ``join`` is the endpoint for further hosts, ``host`` the one that wrote this.
 
-    ``onlookers`` is the endpoint for this machine's onlookers: nobody waits for one that comes there.
+    Nobody waits for what comes at ``tools_endpoint``: it gets less if it is too slow. It is empty where there is none.
 
     ``secret`` proves to its hub that a session belongs to the system.
     """
@@ -59,12 +59,17 @@ class RunInfo:
     join: str = ""
     host: str = "local"
     secret: str = field(default="", repr=False)
-    onlookers: str = ""
+    tools_endpoint: str = ""
 
     @property
     def hub(self) -> Endpoints:
-        """How an onlooker's session reaches the system's hub, and is admitted."""
-        return Endpoints(connect=(self.onlookers or self.endpoint,), secret=self.secret)
+        """How a session reaches the system's hub, and is admitted."""
+        return Endpoints(connect=(self.endpoint,), secret=self.secret)
+
+    @property
+    def hub_for_tools(self) -> Endpoints:
+        """The same for one that nobody is to wait for."""
+        return Endpoints(connect=(self.tools_endpoint or self.endpoint,), secret=self.secret)
 
 
 def home() -> Path:

@@ -29,7 +29,7 @@ MAX_PENDING = 512
 BLOCKED_AT_HUB = 0.2
 """Seconds that a hub waits for room on a reader's link, under the real clock, before it closes the link."""
 BLOCKED_PUT = 0.4
-"""The same for the others, whose link leads to a hub: longer, or a reader that stopped would cost a writer its link.
+"""The same for components, whose link leads to a hub: longer, or a reader that stopped would cost a writer its link.
 
 It is less than a loop may be silent.
 """
@@ -41,8 +41,8 @@ SHARED_MEMORY_FROM = 128 * 1024
 A pool is in memory as a whole once its first message is written: too much for a robot's architecture, 55 to 105 kB.
 """
 SHARED_MEMORY_POOL = 64 * MEGABYTE
-WAIT_FOR_NO_ONLOOKER = {
-    "id": "onlookers",
+WAIT_FOR_NO_TOOL = {
+    "id": "tools",
     "link_protocols": ["unixsock-stream"],
     "flows": ["egress"],
     "messages": ["put", "delete"],
@@ -65,8 +65,8 @@ class Tls:
 class Endpoints:
     """Where a session listens and connects, such as ``tcp/127.0.0.1:7447``; ``router`` makes it a hub.
 
-    ``onlookers`` is a Unix socket at which a hub listens, too. Nobody waits for those that come there: data that an
-    onlooker is too slow for is left out. They are known by the kind of socket, so the hub must have no other of it.
+    ``tools`` is a Unix socket at which a hub listens, too. Nobody waits for a tool that comes there: data that it is
+    too slow for are left out. Zenoh knows it by the kind of its link, so the hub must have no other of this kind.
 
     ``tls`` is what it needs to connect to ``tls/...`` endpoints; a hub listens at none, ``regraft.security.gate`` does.
     ``secret`` proves that a session belongs to the system: a hub admits nobody without it, over any kind of link; with
@@ -76,7 +76,7 @@ class Endpoints:
     listen: tuple[str, ...] = ()
     connect: tuple[str, ...] = ()
     router: bool = False
-    onlookers: str = ""
+    tools: str = ""
     tls: Tls | None = None
     secret: str = field(default="", repr=False)
 
@@ -110,7 +110,7 @@ def config(endpoints: Endpoints, *, lockstep: bool, admitted: str = "") -> zenoh
     ``admitted`` is the path of the file that names who may connect to a hub; without one everybody may.
     """
     blocked = BLOCKED_PUT_IN_STEP if lockstep else (BLOCKED_AT_HUB if endpoints.router else BLOCKED_PUT)
-    listen = [*endpoints.listen, endpoints.onlookers] if endpoints.onlookers else list(endpoints.listen)
+    listen = [*endpoints.listen, endpoints.tools] if endpoints.tools else list(endpoints.listen)
     settings: dict[str, object] = {
         "mode": "router" if endpoints.router else ("client" if endpoints.needs_hub else "peer"),
         "listen/endpoints": listen,
@@ -130,8 +130,8 @@ def config(endpoints: Endpoints, *, lockstep: bool, admitted: str = "") -> zenoh
     }
     if endpoints.router:
         settings["connect/exit_on_failure"] = False
-    if endpoints.onlookers:
-        settings["qos/network"] = [WAIT_FOR_NO_ONLOOKER]
+    if endpoints.tools:
+        settings["qos/network"] = [WAIT_FOR_NO_TOOL]
     if endpoints.tls:
         settings |= _tls_settings(endpoints.tls)
     if endpoints.secret:
@@ -180,7 +180,7 @@ def host_and_port(endpoint: str) -> tuple[str, int]:
 
 
 def on_loopback(endpoint: str) -> bool:
-    """Return whether an endpoint stays on this machine: a Unix socket, or a loopback address.
+    """Return whether an endpoint stays on this machine: whether it has a loopback address.
 
     Raises:
         BusError: the endpoint is not of the form ``protocol/address``.
@@ -188,8 +188,6 @@ def on_loopback(endpoint: str) -> bool:
     protocol, separator, address = endpoint.partition("/")
     if not separator or not protocol or not address:
         raise BusError(f"{endpoint!r} is no endpoint; it must look like tcp/127.0.0.1:7447 or tls/192.0.2.7:7447")
-    if protocol.startswith("unix"):
-        return True
     name = address.rpartition(":")[0].strip("[]")
     if name == "localhost":
         return True

@@ -92,7 +92,7 @@ def joined(info: RunInfo) -> Iterator[Reached]:
 
     A request in the block that nobody answers any more, as the system has ended, raises Unreachable.
     """
-    bus = open_bus(info.hub, lockstep=info.simulated)
+    bus = open_bus(info.hub_for_tools, lockstep=info.simulated)
     with Client(bus, info.system, owns_bus=True, has_ended=lambda: _has_ended(info)) as client:
         there = Reached(info, bus, client)
         try:

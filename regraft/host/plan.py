@@ -22,8 +22,8 @@ class HostPlan:
 
     ``source`` names the time source under simulated time. It listens at ``source_endpoint`` and is the hub nearest to
     the components. The host's hub, which listens at ``endpoint``, reaches it at ``source_door``. It exchanges steps
-    with the components at ``step_socket``. This machine's ``onlookers`` come at an endpoint of their own, empty for
-    the hub's. ``secret`` proves that its processes belong to the system. ``folder`` is the system's folder
+    with the components at ``step_socket``. ``tools_endpoint`` is for this machine's tools, empty if they come at
+    ``endpoint``. ``secret`` proves that its processes belong to the system. ``folder`` is the system's folder
     (``regraft.run_directory``), ``stack_folder`` where the stack file is and programs run. ``paths`` has the folders
     on this machine by those on the first host: of stack, system and installed packages. ``references`` has
     the values that components to come may refer to, by robot: see `Stack`. ``faults`` are on the schedule of the run.
@@ -45,7 +45,7 @@ class HostPlan:
     paths: dict[str, str] = field(default_factory=dict)
     references: dict[str, dict[str, PlainValue]] = field(default_factory=dict)
     faults: tuple[ScheduledFault, ...] = ()
-    onlookers: str = ""
+    tools_endpoint: str = ""
 
     def found_here(self, parameters: dict[str, PlainValue]) -> dict[str, PlainValue]:
         """Return parameters of the first host with paths as they are on this machine."""

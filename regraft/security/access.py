@@ -18,7 +18,7 @@ from regraft.security import system_secret
 from regraft.security.credentials import BadCertificate, check_own
 from regraft.security.system_secret import BadSecret
 
-PROTOCOLS = ("tcp", "tls", "unixsock-stream")
+PROTOCOLS = ("tcp", "tls")
 
 
 class NotSecure(Exception):
@@ -70,7 +70,7 @@ class Guard:
         protocol = endpoint.partition("/")[0]
         try:
             inside = on_loopback(endpoint)
-            if protocol in ("tcp", "tls"):
+            if protocol in PROTOCOLS:
                 host_and_port(endpoint)
         except BusError as error:
             raise NotSecure(str(error)) from None

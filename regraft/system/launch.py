@@ -42,7 +42,7 @@ from regraft.system import capacity
 PUMP = 0.05
 OPEN_TO_NOBODY = Guard()
 CLOCK_SOCKET = "clock.sock"
-ONLOOKERS_SOCKET = "onlookers.sock"
+TOOLS_SOCKET = "tools.sock"
 PORTS = range(10_000, 20_000)
 """TCP ports of hubs: below those that the kernel gives to outgoing connections."""
 LONGEST_SOCKET_PATH = 100
@@ -91,10 +91,21 @@ def free_endpoint() -> str:
 
 
 def socket_in(folder: Path, name: str) -> str:
-    """Return the endpoint of a Unix socket in the system's folder; empty where the path cannot be a socket's."""
-    socket_file = str(folder / name)
-    fits = len(os.fsencode(socket_file)) <= LONGEST_SOCKET_PATH and not set(socket_file) & MEANS_MORE_IN_ENDPOINTS
-    return f"unixsock-stream/{socket_file}" if fits else ""
+    """Return the endpoint of a Unix socket in the system's folder; empty where the path cannot be a socket's.
+
+    Some file systems have none.
+    """
+    file = folder / name
+    if len(os.fsencode(file)) > LONGEST_SOCKET_PATH or set(str(file)) & MEANS_MORE_IN_ENDPOINTS:
+        return ""
+    try:
+        file.unlink(missing_ok=True)
+        with socket.socket(socket.AF_UNIX) as probe:
+            probe.bind(str(file))
+        file.unlink()
+    except OSError:
+        return ""
+    return f"unixsock-stream/{file}"
 
 
 def run_system(
@@ -200,7 +211,7 @@ def _plan(stack: Stack, duration: float | None, secret: str) -> HostPlan:
         duration,
         references=stack.references,
         faults=stack.faults,
-        onlookers=socket_in(folder, ONLOOKERS_SOCKET),
+        tools_endpoint=socket_in(folder, TOOLS_SOCKET),
     )
 
 
@@ -229,7 +240,7 @@ def _run(
 ) -> None:
     connect = (plan.source_door,) if plan.source else ()
     doors = (plan.endpoint, listen) if listen and gate is None else (plan.endpoint,)
-    endpoints = Endpoints(doors, connect, router=True, onlookers=plan.onlookers, secret=plan.secret)
+    endpoints = Endpoints(doors, connect, router=True, tools=plan.tools_endpoint, secret=plan.secret)
     have_many_threads_read()
     bus = open_bus(endpoints, lockstep=plan.architecture.simulated)
     try:
@@ -244,7 +255,7 @@ def _run(
             plan.architecture.simulated,
             join=as_reached(listen or plan.endpoint),
             secret=plan.secret,
-            onlookers=plan.onlookers,
+            tools_endpoint=plan.tools_endpoint,
         )
         running = Running(host, bus, info, ending, notices)
         host.start()

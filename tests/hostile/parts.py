@@ -182,7 +182,7 @@ class Flood(Component):
 
     numbers = Output(Number)
     size = Parameter(1000, minimum=0, maximum=10_000_000, unit="B")
-    seconds = Parameter(3.0, "then it is silent", minimum=0.0, maximum=60.0, unit="s")
+    seconds = Parameter(3.0, "then it is silent", minimum=0.0, maximum=6000.0, unit="s")
 
     def on_activate(self) -> None:
         self.until = self.kit.now() + self.seconds

@@ -104,7 +104,7 @@ def test_no_door_of_a_system_lets_a_session_in_that_has_no_or_another_secret(sys
 
 @pytest.mark.parametrize("name", ["short", "long" * 25])
 def test_the_worlds_own_door_is_as_narrow(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It is a Unix socket in the system's folder, or a port where the folder's path is too long for one."""
+    """It has a port for the host, and for components a Unix socket in the system's folder: a port where none fits."""
     with tempfile.TemporaryDirectory(prefix="regraft-", dir="/tmp") as folder:
         monkeypatch.setenv("REGRAFT_HOME", f"{folder}/{name}")
         stack = Path(folder) / "stack.yaml"
@@ -113,7 +113,7 @@ def test_the_worlds_own_door_is_as_narrow(name: str, monkeypatch: pytest.MonkeyP
         try:
             system.wait_running("world")
             doors = {f"tcp/127.0.0.1:{port}" for port in listening(system.process.pid)}
-            files = [file for found in ("clock", "onlookers") for file in Path(folder).rglob(f"{found}.sock")]
+            files = [file for found in ("clock", "tools") for file in Path(folder).rglob(f"{found}.sock")]
             assert (len(doors), len(files)) == ((2, 2) if name == "short" else (3, 0)), "the host and the world listen"
             doors |= {f"unixsock-stream/{file}" for file in files}
             for door in doors:

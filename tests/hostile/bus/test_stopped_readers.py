@@ -20,7 +20,7 @@ from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.slow
 
-FLOOD = "  flood: {class: 'tests.hostile.parts:Flood', parameters: {size: 10000, seconds: 60.0}}\n"
+FLOOD = "  flood: {class: 'tests.hostile.parts:Flood', parameters: {size: 10000, seconds: 6000.0}}\n"
 SECOND = """\
   second:
     class: 'tests.hostile.parts:Sink'
@@ -44,13 +44,16 @@ HELD_UP = ("component.hung", "component.restarted", "clock.dropped", "message.lo
 
 
 @contextlib.contextmanager
-def _stopped_onlookers(count: int) -> Iterator[None]:
+def _stopped_commands(count: int) -> Iterator[None]:
     command = [sys.executable, "-m", "regraft.cli", "topic", "echo", "numbers"]
     with contextlib.ExitStack() as ended:
-        for _ in range(count):
-            echo = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
-            ended.enter_context(echo)
+        echoes = [
+            ended.enter_context(subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL))
+            for _ in range(count)
+        ]
+        for echo in echoes:
             ended.callback(echo.kill)
+        for echo in echoes:
             assert echo.stdout is not None
             assert echo.stdout.readline()
             stop(echo.pid)
@@ -67,10 +70,10 @@ def _held_up(system: System) -> list[Event]:
 
 @pytest.mark.parametrize("count", [1, 4])
 @pytest.mark.parametrize("head", [HEAD, SIMULATED])
-def test_onlookers_that_are_stopped_while_data_flows_hold_up_nobody(start: Start, head: str, count: int) -> None:
+def test_commands_that_are_stopped_while_data_flows_hold_up_nobody(start: Start, head: str, count: int) -> None:
     system = start(FLOOD + SOURCE + SINK + (WORLD if head == SIMULATED else ""), head=head)
     system.wait_running("flood")
-    with _stopped_onlookers(count):
+    with _stopped_commands(count):
         before = heard(system)
         wait_until(lambda: heard(system) > before + MORE_THAN_LINKS_HOLD, "the sink to hear more")
         assert not _held_up(system)
@@ -79,11 +82,11 @@ def test_onlookers_that_are_stopped_while_data_flows_hold_up_nobody(start: Start
 
 
 def test_a_component_that_is_stopped_while_data_flows_is_killed_alone(start: Start) -> None:
-    system = start(FLOOD + SOURCE + SINK + SECOND)
+    system = start(FLOOD.replace("10000", "1000") + SOURCE + SINK + SECOND)
     second = system.wait_running("second")
     system.wait_running("flood")
     stop(second.pid)
     system.wait_running("second", incarnation=2)
     before = heard(system)
-    wait_until(lambda: heard(system) > before + MORE_THAN_LINKS_HOLD, "the sink to hear more")
+    wait_until(lambda: heard(system) > before + 100, "the sink to hear more")
     assert {event.subject for event in system.events if event.kind == "component.hung"} == {"second"}
