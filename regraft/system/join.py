@@ -24,7 +24,6 @@ from regraft.host.zygote.zygote import Zygote, start_zygote
 from regraft.process.scheduling import work_in_batches
 from regraft.process.shutdown import ShutdownRequest
 from regraft.process.trial.trial_import import Notice
-from regraft.process.zenoh_threads import have_many_threads_read
 from regraft.security.unreachable import explained
 from regraft.stack.classes import look_in
 from regraft.stack.installed import packages
@@ -170,7 +169,6 @@ def _run(
 ) -> JoinedHost:
     architecture = plan.architecture
     endpoints = replace(wanted.endpoints, listen=(plan.endpoint,), router=True)
-    have_many_threads_read()
     bus = open_bus(endpoints, lockstep=architecture.simulated)
     try:
         instance = secrets.token_hex(8)

@@ -30,7 +30,6 @@ from regraft.process.scheduling import work_in_batches
 from regraft.process.shutdown import ShutdownRequest
 from regraft.process.trial.trial_import import Notice, check_classes
 from regraft.process.unrepeatable import find_uses
-from regraft.process.zenoh_threads import have_many_threads_read
 from regraft.security.access import Guard, as_reached
 from regraft.security.gatekeeper import Gatekeeper
 from regraft.security.system_secret import fresh
@@ -241,7 +240,6 @@ def _run(
     connect = (plan.source_door,) if plan.source else ()
     doors = (plan.endpoint, listen) if listen and gate is None else (plan.endpoint,)
     endpoints = Endpoints(doors, connect, router=True, tools=plan.tools_endpoint, secret=plan.secret)
-    have_many_threads_read()
     bus = open_bus(endpoints, lockstep=plan.architecture.simulated)
     try:
         ending.check()

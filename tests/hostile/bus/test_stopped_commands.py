@@ -1,4 +1,4 @@
-"""Processes that are stopped, as by Ctrl-Z or a debugger, while data flows to them."""
+"""Commands that a person has stopped, as by Ctrl-Z, while data flows to them."""
 
 from __future__ import annotations
 
@@ -21,11 +21,6 @@ from tests.support.waiting import wait_until
 pytestmark = pytest.mark.slow
 
 FLOOD = "  flood: {class: 'tests.hostile.parts:Flood', parameters: {size: 10000, seconds: 6000.0}}\n"
-SECOND = """\
-  second:
-    class: 'tests.hostile.parts:Sink'
-    services: {heard: second/heard, ticked: second/ticked}
-"""
 WORLD = "  world: {class: 'tests.stepped.parts:TinyWorld'}\n"
 SIMULATED = """\
 system: tests
@@ -79,14 +74,3 @@ def test_commands_that_are_stopped_while_data_flows_hold_up_nobody(start: Start,
         assert not _held_up(system)
         assert _resident(system.process.pid) < 1e9
         assert {process.incarnation for process in system.processes().values()} == {1}
-
-
-def test_a_component_that_is_stopped_while_data_flows_is_killed_alone(start: Start) -> None:
-    system = start(FLOOD.replace("10000", "1000") + SOURCE + SINK + SECOND)
-    second = system.wait_running("second")
-    system.wait_running("flood")
-    stop(second.pid)
-    system.wait_running("second", incarnation=2)
-    before = heard(system)
-    wait_until(lambda: heard(system) > before + 100, "the sink to hear more")
-    assert {event.subject for event in system.events if event.kind == "component.hung"} == {"second"}
