@@ -18,6 +18,8 @@ from tests.support.commands import Command
 from tests.support.waiting import PATIENCE, wait_for, wait_until
 
 ATTEMPTS = 5
+ENDED = ("component.ended", "component.hung", "component.restarted", "component.quarantined")
+"""The events of a component's end."""
 MOST_LINES = 1000
 
 
@@ -47,6 +49,11 @@ class System(Command):
         hosts = self.client.hosts()
         status = hosts["local"].status if "local" in hosts else None
         return {process.component: process for process in status.processes} if status else {}
+
+    def must_have_kept_all(self) -> None:
+        """Fail the test if a component has ended, also where the status does not have it yet."""
+        assert not [event for event in self.events if event.kind in ENDED]
+        assert {process.incarnation for process in self.processes().values()} == {1}
 
     def wait_for(self, name: str, right: Callable[[ProcessStatus], Any], what: str) -> ProcessStatus:
         """Wait until a component's process is as wanted, and return it as it was then."""
