@@ -29,9 +29,9 @@ MAX_PENDING = 512
 BLOCKED_AT_HUB = 0.2
 """Seconds that a hub waits for room on a reader's link, under the real clock, before it closes the link."""
 BLOCKED_PUT = 0.4
-"""The same for components, whose link leads to a hub: longer, or a reader that stopped would cost a writer its link.
+"""The same for components and clients, whose link leads to a hub. It is less than a loop may be silent.
 
-It is less than a loop may be silent.
+It is longer than at the hub, or a reader that stopped would cost a writer its link.
 """
 BLOCKED_PUT_IN_STEP = 15.0
 """The same under simulated time: longer than the step bound, since one lost message would mean waiting for ever."""

@@ -204,6 +204,7 @@ def _plan(stack: Stack, duration: float | None, secret: str) -> HostPlan:
         source,
         # A Unix socket makes a run about a twentieth faster than TCP does.
         (socket_in(folder, CLOCK_SOCKET) or free_endpoint()) if source else "",
+        # The hub's own Unix sockets are those of tools: see Endpoints.
         free_endpoint() if source else "",
         str(folder / run_directory.STEP_SOCKET) if source else "",
         stack.seed,

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 
 import pytest
 
 from regraft.client import Client
+from regraft.host.watchdog.memory_use import resident_size
 from tests.hostile.bus.raw import stranger
 from tests.hostile.components.test_bad_components import heard
 from tests.hostile.conftest import SINK, SOURCE, Start
@@ -21,10 +21,6 @@ def _goes_on(system: System) -> None:
     before = heard(system)
     wait_until(lambda: heard(system) > before + 20, "the sink to hear more")
     system.must_have_kept_all()
-
-
-def _resident(pid: int) -> int:
-    return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * 4096
 
 
 def _come_and_go(system: System, count: int) -> None:
@@ -52,8 +48,8 @@ def test_a_thousand_clients_that_come_and_go_leave_nothing_behind(start: Start) 
     system = start(SOURCE + SINK)
     system.wait_running("sink")
     _come_and_go(system, 100)
-    before = _resident(system.process.pid)
+    before = resident_size(system.process.pid)
     _come_and_go(system, 1000)
     _goes_on(system)
-    print(f"the host grew from {before / 1e6:.0f} to {_resident(system.process.pid) / 1e6:.0f} MB")
-    assert _resident(system.process.pid) < before + 100e6
+    print(f"the host grew from {before:.0f} to {resident_size(system.process.pid):.0f} MiB")
+    assert resident_size(system.process.pid) < before + 95
