@@ -16,7 +16,7 @@ from regraft.stack.files import file_problems
 from regraft.stack.installed import packages
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class HostPlan:
     """One machine's part of a system.
 
@@ -34,6 +34,7 @@ class HostPlan:
     stack_folder: Path
     run: str
     endpoint: str
+    tools_endpoint: str = ""
     secret: str = field(repr=False)
     source: str | None = None
     source_endpoint: str = ""
@@ -45,7 +46,6 @@ class HostPlan:
     paths: dict[str, str] = field(default_factory=dict)
     references: dict[str, dict[str, PlainValue]] = field(default_factory=dict)
     faults: tuple[ScheduledFault, ...] = ()
-    tools_endpoint: str = ""
 
     def found_here(self, parameters: dict[str, PlainValue]) -> dict[str, PlainValue]:
         """Return parameters of the first host with paths as they are on this machine."""

@@ -100,13 +100,13 @@ def run_guest(
         zygote = start_zygote()
         try:
             plan = HostPlan(
-                first.architecture,
-                folder,
-                stack_folder,
-                first.run,
-                free_endpoint(),
-                wanted.endpoints.secret,
                 name=wanted.name,
+                architecture=first.architecture,
+                folder=folder,
+                stack_folder=stack_folder,
+                run=first.run,
+                endpoint=free_endpoint(),
+                secret=wanted.endpoints.secret,
             )
             _check_files(plan.as_joined(first))
             return _run(wanted, plan, zygote, ending, notices, step)

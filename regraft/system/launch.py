@@ -195,20 +195,20 @@ def _plan(stack: Stack, duration: float | None, secret: str) -> HostPlan:
     modes = modes_in_run_folder(architecture.modes, str(folder))
     source = time_source(stack) if architecture.simulated else None
     return HostPlan(
-        replace(architecture, components=components, modes=modes),
-        folder,
-        stack.folder,
-        secrets.token_hex(8),
-        free_endpoint(),
-        secret,
-        source,
+        architecture=replace(architecture, components=components, modes=modes),
+        folder=folder,
+        stack_folder=stack.folder,
+        run=secrets.token_hex(8),
+        endpoint=free_endpoint(),
+        secret=secret,
+        source=source,
         # A Unix socket makes a run about a twentieth faster than TCP does.
-        (socket_in(folder, CLOCK_SOCKET) or free_endpoint()) if source else "",
+        source_endpoint=(socket_in(folder, CLOCK_SOCKET) or free_endpoint()) if source else "",
         # The hub's own Unix sockets are those of tools: see Endpoints.
-        free_endpoint() if source else "",
-        str(folder / run_directory.STEP_SOCKET) if source else "",
-        stack.seed,
-        duration,
+        source_door=free_endpoint() if source else "",
+        step_socket=str(folder / run_directory.STEP_SOCKET) if source else "",
+        seed=stack.seed,
+        duration=duration,
         references=stack.references,
         faults=stack.faults,
         tools_endpoint=socket_in(folder, TOOLS_SOCKET),

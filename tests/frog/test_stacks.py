@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.consistency import violations
 from regraft.bus_schema.model.description import Description
 from regraft.host.plan import HostPlan
@@ -59,10 +60,23 @@ def test_the_order_of_the_components_decides_nothing_of_a_run(file: Path) -> Non
     """The files that a stack includes may order components as they like: a run goes by their names."""
     architecture = load(file).architecture
     turned = replace(architecture, components=dict(reversed(architecture.components.items())))
-    plans = [HostPlan(one, tmp, tmp, "1", "", "", "world") for one in (architecture, turned) for tmp in [Path("/")]]
-    assert plans[0].members() == plans[1].members()
-    assert plans[0].sensor_streams() == plans[1].sensor_streams()
+    first, second = plan_of(architecture), plan_of(turned)
+    assert first.members() == second.members()
+    assert first.sensor_streams() == second.sensor_streams()
     assert violations(architecture) == violations(turned) == ()
+
+
+def plan_of(architecture: Architecture) -> HostPlan:
+    nowhere = Path("/")
+    return HostPlan(
+        architecture=architecture,
+        folder=nowhere,
+        stack_folder=nowhere,
+        run="1",
+        endpoint="",
+        secret="",
+        source="world",
+    )
 
 
 def interface(description: Description | None) -> object:

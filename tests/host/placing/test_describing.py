@@ -38,7 +38,14 @@ class Recorded:
 
 def _asked(folder: Path, cls: str) -> tuple[Recorded, Describer, MemoryQuery, str]:
     zygote = Recorded()
-    plan = HostPlan(Architecture("s", 0, simulated=False, components={}, topics={}), folder, folder, "run", "", "")
+    plan = HostPlan(
+        architecture=Architecture("s", 0, simulated=False, components={}, topics={}),
+        folder=folder,
+        stack_folder=folder,
+        run="run",
+        endpoint="",
+        secret="",
+    )
     describer = Describer(cast("Zygote", zygote), plan)
     query = MemoryQuery("k", codec.encode(DescribeComponent(ComponentSpec("new", cls))))
     describer.ask(query)

@@ -52,7 +52,15 @@ class NoProcesses(Zygote):
 def plan(name: str, *components: ComponentSpec) -> HostPlan:
     specs = {spec.name: spec for spec in components}
     architecture = Architecture("tests", 1, False, specs, {}, ("local", "edge"))
-    return HostPlan(architecture, Path("/run"), Path("/stack"), "run", "tcp/127.0.0.1:1", "secret", name=name)
+    return HostPlan(
+        name=name,
+        architecture=architecture,
+        folder=Path("/run"),
+        stack_folder=Path("/stack"),
+        run="run",
+        endpoint="tcp/127.0.0.1:1",
+        secret="secret",
+    )
 
 
 def ask(host: Host, verb: str, message: object) -> None:
