@@ -32,21 +32,17 @@ def stack_file(named: Path) -> Path:
 
 def instead_of_stack(named: Path) -> str:
     """Return which installed stack may be meant, as the end of a sentence; empty for a path with more than a name."""
-    if named != Path(named.name):
-        return ""
-    names = sorted(entry_points(group=ENTRY_POINTS).names)
-    meant = near(named.name, names)
-    return f"; did you mean {meant!r}?" if meant else f"; installed stacks: {', '.join(names) or 'none'}"
+    return _instead_of(named, ENTRY_POINTS, "stacks")
+
+
+def instead_of_robot(named: Path) -> str:
+    """Return which installed robot may be meant, as ``instead_of_stack`` does."""
+    return _instead_of(named, ROBOT_ENTRY_POINTS, "robots")
 
 
 def installed_robot(name: str) -> Path | None:
     """Return the folder of an installed robot, None if no robot has this name."""
     return _installed(Path(name), ROBOT_ENTRY_POINTS)
-
-
-def installed_robots() -> list[str]:
-    """Return the names of the installed robots."""
-    return sorted(entry_points(group=ROBOT_ENTRY_POINTS).names)
 
 
 @cache
@@ -55,6 +51,14 @@ def packages() -> dict[str, str]:
     entries = (*entry_points(group=ENTRY_POINTS), *entry_points(group=ROBOT_ENTRY_POINTS))
     found = {name: package_folder(name) for name in sorted({entry.value.split(".")[0] for entry in entries})}
     return {name: str(folder) for name, folder in found.items() if folder is not None}
+
+
+def _instead_of(named: Path, group: str, kind: str) -> str:
+    if named != Path(named.name):
+        return ""
+    names = sorted(entry_points(group=group).names)
+    meant = near(named.name, names)
+    return f"; did you mean {meant!r}?" if meant else f"; installed {kind}: {', '.join(names) or 'none'}"
 
 
 def _installed(named: Path, group: str) -> Path | None:

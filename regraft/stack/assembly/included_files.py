@@ -35,10 +35,11 @@ class IncludedFiles:
         self._read(file, (), found, known)
         return list(found.values())
 
-    def target(self, node: Node, path: str, inside: str = "") -> Path | None:
+    def target(self, node: Node, path: str, inside: str = "", instead: str = "") -> Path | None:
         """Return the file that a field names; None, and noted, if there is none.
 
         It is looked for from the folder of the file that names it. ``inside`` is the file that is meant by a folder.
+        ``instead`` ends the note where no path is near.
         """
         if not isinstance(node.value, str) or not node.value:
             self.report.add_at(node.location, path, f"must be the path of a file, is {node.kind}")
@@ -49,7 +50,8 @@ class IncludedFiles:
                 file = file / inside
             if file.is_file():
                 return file
-            problem = "is not an ordinary file" if file.exists() else f"there is no such file{instead_of_path(file)}"
+            missing = f"there is no such file{instead_of_path(file) or instead}"
+            problem = "is not an ordinary file" if file.exists() else missing
         except (OSError, ValueError) as error:
             problem = f"cannot be read: {getattr(error, 'strerror', None) or error}"
         self.report.add_at(node.location, path, f"{node.value!r}: {problem}")

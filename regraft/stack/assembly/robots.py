@@ -11,7 +11,7 @@ from regraft.bus_schema.errors import BadKey
 from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.assembly.included_files import IncludedFiles
 from regraft.stack.assembly.merge import merge
-from regraft.stack.installed import installed_robot
+from regraft.stack.installed import installed_robot, instead_of_robot
 from regraft.stack.yaml.nodes import Location, Node
 from regraft.stack.yaml.problems import Report, StackError
 
@@ -104,7 +104,8 @@ class Robots:
         try:
             if path != ROBOT:
                 keys.robot_name(name)
-            file = self.files.target(_located(robot), f"{path}.{ROBOT}", ROBOT_FILE)
+            instead = instead_of_robot(Path(str(robot.value)))
+            file = self.files.target(_located(robot), f"{path}.{ROBOT}", ROBOT_FILE, instead)
             patches = self.files.patches(file, FIELDS) if file else []
         except BadKey as error:
             self.report.add_at(location, path, str(error))

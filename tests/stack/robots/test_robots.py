@@ -196,6 +196,16 @@ def test_a_wrong_setting_of_a_device_is_told_in_the_robots_file(tmp_path: Path) 
             "robot: rovr, place",
             "5: robots.left.robot: 'rovr': there is no such file; did you mean",
         ),
+        (
+            "robot: rover, place",
+            "robot: wafle, place",
+            "5: robots.left.robot: 'wafle': there is no such file; did you mean 'waffle'?",
+        ),
+        (
+            "robot: rover, place",
+            "robot: zeppelin, place",
+            "5: robots.left.robot: 'zeppelin': there is no such file; installed robots: patroller, waffle",
+        ),
         ("  left:", "  world:", "5: robots.world: a component has this name too, at "),
         ("  left:", "  a.b:", "5: robots.a.b: 'a.b' cannot name a robot"),
         ("  left:", "  right:", "6: robots.right: is given twice, first in line 5: leave one out"),
