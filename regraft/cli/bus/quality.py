@@ -11,6 +11,7 @@ from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.qualities.qualities import Better
+from regraft.cli.bus.gaps import with_gaps_told
 from regraft.cli.bus.rates import rates_of
 from regraft.cli.bus.sampling import CountOption, ForOption, OnceOption, samples
 from regraft.cli.outcomes import BadInput, Failed
@@ -85,7 +86,8 @@ def echo(
         spec = _measuring(there, component)
         _warn_if_silent(there, component)
         seen = 0
-        for sample in samples(_of(there, component), 1 if once else count, duration, there.check):
+        coming = samples(_of(there, component), 1 if once else count, duration, there.check)
+        for sample in with_gaps_told(coming):
             seen += 1
             _show(spec, sample.message, as_json)
     if (once or count) and not seen:

@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+from regraft.cli.bus.gaps import Gaps
 from regraft.cli.terminal.output import say, seconds
 from regraft.client import TopicSample
 
@@ -19,14 +20,14 @@ REPORT_INTERVAL = 1.0
 
 @dataclass(slots=True)
 class Rates:
-    """Arrival times and stamps of the newest messages, and gaps in their sources' numbering."""
+    """Arrival times and stamps of the newest messages, and how many were missing."""
 
     arrivals: deque[float] = field(default_factory=lambda: deque(maxlen=WINDOW))
     stamps: deque[float] = field(default_factory=lambda: deque(maxlen=WINDOW))
     count: int = 0
     missing: int = 0
     size: int = 0
-    _last: dict[tuple[str, int], int] = field(default_factory=dict)
+    _gaps: Gaps = field(default_factory=Gaps)
 
     def add(self, now: float, sample: TopicSample) -> None:
         """Count a message that arrived ``now`` (monotonic seconds)."""
@@ -34,11 +35,7 @@ class Rates:
         self.stamps.append(sample.stamp / 1e9)
         self.count += 1
         self.size += sample.size
-        source = (sample.source, sample.incarnation)
-        last = self._last.get(source)
-        if last is not None and sample.sequence > last + 1:
-            self.missing += sample.sequence - last - 1
-        self._last[source] = sample.sequence
+        self.missing += self._gaps.before(sample)
 
     def plain(self) -> dict[str, float | int | None]:
         """Return the rates in Hz, by the wall clock and by stamps; None while there are too few messages."""

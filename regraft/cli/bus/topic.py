@@ -12,6 +12,7 @@ import typer
 from regraft.bus_schema.keys import topic_name
 from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.bus import message_types
+from regraft.cli.bus.gaps import with_gaps_told
 from regraft.cli.bus.rates import rates_of
 from regraft.cli.bus.sampling import CountOption, ForOption, OnceOption, samples
 from regraft.cli.outcomes import BadInput, Failed
@@ -86,7 +87,7 @@ def echo(
     with reached(ctx, system) as there:
         _check(there, name)
         seen = 0
-        for sample in _samples(there, name, 1 if once else count, duration):
+        for sample in with_gaps_told(_samples(there, name, 1 if once else count, duration)):
             seen += 1
             _show(sample, as_json)
     if (once or count) and not seen:
