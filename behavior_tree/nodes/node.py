@@ -293,6 +293,9 @@ class Node:
         if self.runtime.debugger is not None:
             forced = self.runtime.debugger.after(self.uid, status)
             if forced in COMPLETED:
+                if status == RUNNING:
+                    self.set_running()  # at a leaf's first tick that is not stored yet, and only then it gives up
+                    self.halt_node()
                 status = forced
         if self.post_tick_hook is not None:
             replaced = self.post_tick_hook(self, status)
@@ -325,6 +328,8 @@ class Node:
         if self.runtime.debugger is not None:
             forced = self.runtime.debugger.before(self.uid)
             if forced in COMPLETED:
+                if self.status == RUNNING:
+                    self.halt_node()
                 return forced
         return None
 

@@ -113,6 +113,44 @@ def test_a_breakpoint_with_a_result_forces_it_without_a_stop() -> None:
         assert change(rig, BreakpointChange.NONE).breakpoints == ()
 
 
+def test_a_result_forced_on_a_node_that_runs_ends_what_it_does() -> None:
+    with Rig() as rig:
+        navigator = rig.add(Navigator, parameters={"seconds": 100.0})
+        run(rig, tree(f"<Fallback>{DRIVE}{WAIT}</Fallback>"))
+        rig.advance(1.0)
+        stop_at(rig, "drive")
+        rig.advance(0.2)
+        assert go(rig, Command.CONTINUE, ForcedResult.FAILURE).running == ("wait",)
+        rig.advance(0.1)
+        assert navigator.cancelled == [3.0]
+
+
+def test_a_result_forced_on_a_node_that_has_just_begun_ends_what_it_does() -> None:
+    with Rig() as rig:
+        navigator = rig.add(Navigator, parameters={"seconds": 100.0})
+        loaded(rig, tree(DRIVE, WAIT))
+        stop_at(rig, "drive", AFTER, ForcedResult.SUCCESS)
+        command(rig, Command.START)
+        rig.advance(0.2)
+        assert status(rig).running == ("wait",)
+        assert navigator.cancelled == navigator.asked == [3.0]
+
+
+def test_a_result_forced_on_the_root_ends_the_nodes_below_it() -> None:
+    with Rig() as rig:
+        navigator = rig.add(Navigator, parameters={"seconds": 100.0})
+        run(rig, tree(FIRST, DRIVE))
+        rig.advance(1.0)
+        go(rig, Command.NEXT)
+        assert go(rig, Command.NEXT, ForcedResult.SUCCESS).state is MissionState.SUCCEEDED
+        rig.advance(0.1)
+        assert navigator.cancelled == [3.0]
+        rig.call("mission/write", WriteBlackboard({"n": 5}), BlackboardEntries)
+        command(rig, Command.START)
+        rig.advance(1.0)
+        assert entry(rig, "n").value == 1
+
+
 def test_next_goes_from_node_to_node_from_the_root_of_a_tree_that_was_not_started() -> None:
     with Rig() as rig:
         loaded(rig)
