@@ -18,6 +18,7 @@ from regraft.bus_schema.messages.mission import (
 )
 from regraft.services.bt_executor.observing import recording
 from regraft.services.bt_executor.observing.recording import Recording, Unreadable, steps
+from regraft.services.bt_executor.source import Unloadable
 from regraft.testing import Rig
 from tests.authors.commands import mission, refused
 from tests.executor.helpers import command, kinds, run, status, tree
@@ -81,6 +82,28 @@ def test_a_file_that_cannot_be_written_ends_the_recording_and_not_the_mission(tm
         assert status(rig).running == ("wait",)
 
 
+@pytest.mark.parametrize("name", ["x" * 300, "a\0b"])
+def test_a_file_that_cannot_be_ends_the_recording_and_not_the_mission(tmp_path: Path, name: str) -> None:
+    with Rig() as rig:
+        run(rig, tree(*BODY), record=str(tmp_path / name))
+        rig.advance(1.0)
+        assert kinds(rig).count("mission.recorded") == 1
+        assert status(rig).running == ("wait",)
+        assert command(rig, Command.SWAP, tree(BODY[2], name="Other")).tree == "Other"
+
+
+def test_a_mission_that_is_refused_begins_no_recording(tmp_path: Path) -> None:
+    earlier, later = tmp_path / "earlier.jsonl", tmp_path / "later.jsonl"
+    with Rig() as rig:
+        executor = run(rig, tree(*BODY), record=str(earlier))
+        executor.kit.parameters.set({"record": str(later), "mission": str(tmp_path / "nowhere.xml")})
+        with pytest.raises(Unloadable):
+            executor.on_parameters(frozenset({"record", "mission"}))
+        rig.advance(1.0)
+    assert steps_of(earlier)
+    assert not later.exists()
+
+
 def test_a_file_that_is_no_recording_is_never_overwritten(tmp_path: Path) -> None:
     path = tmp_path / "notes.txt"
     path.write_text("do not lose me\n")
@@ -109,6 +132,23 @@ def test_a_full_file_ends_the_recording(tmp_path: Path, monkeypatch: pytest.Monk
     assert path.stat().st_size <= 600
     assert told == [f"the recording ends: '{path}' is full: must have at most 600 characters"]
     assert 2 < len(list(steps(path))) < 19
+
+
+def test_a_step_of_which_changes_are_missed_has_the_statuses_behind_it(tmp_path: Path) -> None:
+    path = tmp_path / "run.jsonl"
+    written = Recording(path, print)
+
+    def write(tick: int, after: NodeStatus, *changes: MissionTransition) -> None:
+        nodes = tuple(MissionNode(uid, uid - 1, f"n{uid}", "N", f"p/{uid}", after) for uid in (1, 2))
+        written.write("M", nodes, MissionTransitions(float(tick), "s", tick, changes, 2 - len(changes)))
+
+    write(1, RUNNING, MissionTransition(1, IDLE, RUNNING, 1.0), MissionTransition(2, IDLE, RUNNING, 1.0))
+    write(2, IDLE, MissionTransition(1, RUNNING, IDLE, 2.0))
+    assert [[node.status for node in step.nodes] for step in steps_of(path)] == [
+        [IDLE, IDLE],
+        [RUNNING, RUNNING],
+        [IDLE, IDLE],
+    ]
 
 
 @given(st.lists(st.lists(st.tuples(st.integers(1, 3), STATUSES), max_size=4), max_size=6))

@@ -167,17 +167,16 @@ class Executor(Component):
         """Load another mission, and start it if one was running, or none was there; raises Unloadable."""
         if "hold_time" in changed:
             self._stream()
+        if changed & {"mission", "main"} and (self.mission or self.main) and self._registry is not None:
+            before = self._mission.state
+            self._listen()
+            self._load(Source(self.mission, main=self.main))
+            if before is MissionState.RUNNING or (before is MissionState.EMPTY and self.autostart):
+                self._start_again = not self._is_active
+                if self._is_active:
+                    self._mission.start()
         if changed & {"counts", "record"}:
             self._observe("record" in changed)
-        if not changed & {"mission", "main"} or not (self.mission or self.main) or self._registry is None:
-            return
-        before = self._mission.state
-        self._listen()
-        self._load(Source(self.mission, main=self.main))
-        if before is MissionState.RUNNING or (before is MissionState.EMPTY and self.autostart):
-            self._start_again = not self._is_active
-            if self._is_active:
-                self._mission.start()
 
     def _observe(self, again: bool = True) -> None:
         """Count and record as the parameters have it; ``again`` begins another recording."""

@@ -1,7 +1,8 @@
 """Records the changes of nodes' statuses to a file, and reads it again.
 
 A recording is a file of JSON lines. A line with ``tree`` begins a tree: its nodes with their statuses. A line with
-``changes`` has those of one tick, each as uid, status before, status after and time in seconds.
+``changes`` has those of one tick, each as uid, status before, status after and time in seconds. Where some are missed,
+``statuses`` has those of all nodes behind the tick.
 """
 
 from __future__ import annotations
@@ -55,10 +56,7 @@ class Recording:
         """Write the changes of one tick; ``nodes`` have their statuses after it."""
         if self._ended:
             return
-        if not self._size and not may_be_replaced(self._path):
-            self._end(f"'{self._path}' is there, and no recording: give the name of a new file")
-            return
-        lines = [_batch_line(batch)]
+        lines = [_batch_line(nodes, batch)]
         if batch.structure != self._structure:
             lines.insert(0, _tree_line(tree, nodes, batch))
         text = "".join(json.dumps(line, separators=(",", ":")) + "\n" for line in lines)
@@ -66,11 +64,14 @@ class Recording:
             self._end(f"'{self._path}' is full: must have at most {MAX_SIZE} characters")
             return
         try:
+            if not self._size and not may_be_replaced(self._path):
+                self._end(f"'{self._path}' is there, and no recording: give the name of a new file")
+                return
             # Opened for each tick: the executor's process may end at any time.
             with self._path.open("a" if self._size else "w", encoding="utf-8") as file:
                 file.write(text)
-        except OSError as error:
-            self._end(f"'{self._path}' cannot be written: {error.strerror}")
+        except (OSError, ValueError) as error:
+            self._end(f"{str(self._path)!r} cannot be written: {getattr(error, 'strerror', None) or error}")
         self._structure = batch.structure
         self._size += len(text)
 
@@ -80,7 +81,10 @@ class Recording:
 
 
 def may_be_replaced(path: Path) -> bool:
-    """Return whether a path is free, empty, or has an earlier recording: no other file is ever overwritten."""
+    """Return whether a path is free, empty, or has an earlier recording: no other file is ever overwritten.
+
+    Raises OSError or ValueError for a path that no file can have.
+    """
     if not path.exists():
         return True
     try:
@@ -97,9 +101,10 @@ def _tree_line(tree: str, nodes: tuple[MissionNode, ...], batch: MissionTransiti
     return {"version": VERSION, "tree": tree, "stamp": batch.stamp, "nodes": rows}
 
 
-def _batch_line(batch: MissionTransitions) -> dict[str, Any]:
+def _batch_line(nodes: tuple[MissionNode, ...], batch: MissionTransitions) -> dict[str, Any]:
     rows = [[change.uid, change.before.value, change.after.value, change.stamp] for change in batch.changes]
-    return {"tick": batch.tick, "stamp": batch.stamp, "missed": batch.missed, "changes": rows}
+    line: dict[str, Any] = {"tick": batch.tick, "stamp": batch.stamp, "missed": batch.missed, "changes": rows}
+    return line | {"statuses": [node.status.value for node in nodes]} if batch.missed else line
 
 
 def steps(path: Path) -> Iterator[Step]:
@@ -159,5 +164,8 @@ def _followed(before: Step | None, line: dict[str, Any]) -> Step:
             raise ValueError(f"there is no node {uid}, only {len(nodes)}")
         changes.append(MissionTransition(uid, NodeStatus(previous), NodeStatus(after), float(stamp)))
         nodes[uid - 1] = replace(nodes[uid - 1], status=NodeStatus(after))
+    if "statuses" in line:
+        statuses = map(NodeStatus, line["statuses"])
+        nodes = [replace(node, status=status) for node, status in zip(nodes, statuses, strict=True)]
     tick, stamp, missed = int(line["tick"]), float(line["stamp"]), int(line["missed"])
     return Step(before.tree, tick, stamp, tuple(nodes), tuple(changes), missed)
