@@ -6,7 +6,13 @@ from collections.abc import Sequence
 
 import pytest
 
-from regraft.bus_schema.messages.mission import Command, MissionState, MissionStatus
+from regraft.bus_schema.messages.mission import (
+    BlackboardEntries,
+    Command,
+    MissionState,
+    MissionStatus,
+    WriteBlackboard,
+)
 from regraft.bus_schema.messages.power import BatteryState
 from regraft.bus_schema.messages.sensors import LightLevel
 from regraft.services.bt_executor.executor import Executor
@@ -136,6 +142,11 @@ def test_a_generic_action_is_cancelled_when_it_is_halted() -> None:
         (CALL.replace("json:", "").format('{"label": "a"}', ""), "write json: before"),
         ("<NextGoal/>", "needs the ports goals, index, goal"),
         ("<Say/>", "needs the port text"),
+        ('<Say text="a" details="n @node"/>', "port 'details' names 'node'"),
+        ('<NavigateTo x="inf" y="2"/>', "port 'x' must be from -1e+09 to 1e+09, is inf"),
+        ('<NavigateTo x="1" y="2" accept_within="1e300"/>', "port 'accept_within' must be from 0 to 1e+09, is 1e+300"),
+        (CALL.format("{}", 'timeout="-1"'), "port 'timeout' must be from 0 to 1e+09, is -1"),
+        ('<Spin spin_dist="1" server_timeout="inf"/>', "port 'server_timeout' must be from 0 to 1e+09, is inf"),
     ],
 )
 def test_a_leaf_that_cannot_work_is_refused_with_its_line(node: str, complaint: str) -> None:
@@ -166,6 +177,35 @@ def test_say_tells_the_values_of_entries() -> None:
     with Rig() as rig:
         finish(rig, ['<Script code="n := 3"/>', '<Say event="mission.note" text="n is {n}, m is {m}"/>'])
         assert [event.text for event in rig.events if event.kind == "mission.note"] == ["n is 3, m is ?"]
+
+
+def test_say_tells_values_that_are_no_plain_data_as_text() -> None:
+    with Rig() as rig:
+        nodes = ["<Script code=\"x := 0.0 / 0.0; keys := 'x text'\"/>", '<Say text="a" details="{keys}"/>']
+        assert finish(rig, nodes).state is MissionState.SUCCEEDED
+        (said,) = [event for event in rig.events if event.kind == "mission.said"]
+        assert (said.text, said.details["x"]) == ("a", "nan")
+
+
+def test_a_goal_whose_time_is_no_time_is_not_given() -> None:
+    with Rig() as rig:
+        navigator = rig.add(Navigator)
+        node = '<NavigateTo x="1" y="2" accept_within="{long}"/>'
+        assert finish(rig, ['<Script code="long := 1e300"/>', node]).state is MissionState.FAILED
+        assert navigator.asked == []
+
+
+def test_waiting_for_a_condition_waits_for_the_entries_that_it_needs() -> None:
+    with Rig() as rig:
+        run(rig, tree('<WaitForCondition name="wait" code="@battery_charge > 0.9 &amp;&amp; here == 1"/>'))
+        rig.advance(1.0)
+        assert status(rig).running == ("wait",)
+        rig.publish("battery", BatteryState(0.0, 1900.0, 2000.0, 0.95, 10.0))
+        rig.advance(1.0)
+        assert status(rig).running == ("wait",)
+        rig.call("mission/write", WriteBlackboard({"here": 1}), BlackboardEntries)
+        rig.advance(1.0)
+        assert status(rig).state is MissionState.SUCCEEDED
 
 
 def test_waiting_for_a_topic_ends_with_its_message() -> None:

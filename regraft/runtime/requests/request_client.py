@@ -52,9 +52,10 @@ class RequestClient(RequestProtocol):
     def call(self, service: str, request: object, reply: type[A], timeout: float) -> Future[A]:
         """Ask a service; returns the future of its reply, which is CallFailed after ``timeout`` seconds."""
         now = self._clock.now()
+        deadline = now + round(timeout * 1e9)
         service = in_scope(self._scope, service)
         pending = self.begin(Verb.CALL, service, codec.to_plain(request), timeout, now, reader(reply))
-        self._watch(pending, now + round(timeout * 1e9))
+        self._watch(pending, deadline)
         return pending.outcome
 
     def goal(
@@ -76,13 +77,14 @@ class RequestClient(RequestProtocol):
                 on_feedback(message)
 
         now, plain, read = self._clock.now(), codec.to_plain(goal), reader(result)
+        deadline = now + round(accept_within * 1e9)  # before the goal is given: a time that is none raises here
         read_feedback = reader(feedback) if feedback is not None else None
         service = in_scope(self._scope, service)
         pending = self.begin(
             Verb.GOAL, service, plain, accept_within, now, read, read_feedback, heard, outlives=outlives
         )
         given: Goal[A, F] = Goal(pending.outcome, pending.accepted, lambda: self.cancel(pending))
-        self._watch(pending, now + round(accept_within * 1e9))
+        self._watch(pending, deadline)
         return given
 
     @property

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 from behavior_tree import FAILURE, RUNNING, Node, NodeSetup, Output, StatefulAction, Status
 from regraft import CallFailed
 from regraft.services.bt_executor.leaves.context import Asked, LeafContext
+
+PATIENCES: Final = ("timeout", "accept_within", "server_timeout")
+"""Ports of leaves that have a time to wait, as far as they are there."""
+LONGEST: Final = 1e9
+"""The longest of these."""
 
 
 def write_if_connected(node: Node, port: str, value: object) -> None:
@@ -20,6 +25,14 @@ def require_ports(node: Node, *names: str) -> None:
     missing = [name for name in names if name not in node.setup.attributes]
     if missing:
         raise ValueError(f"{node.type_id} needs the port{'s' * (len(missing) > 1)} {', '.join(missing)}")
+
+
+def require_within(node: Node, least: float, most: float, *names: str) -> None:
+    """Make sure that numbers which the XML gives ports are within bounds; raises ValueError as `require_ports` does."""
+    for name in filter(node.has_literal, names):
+        value = node.read_port(name)
+        if not least <= value <= most:
+            raise ValueError(f"port '{name}' must be from {least:g} to {most:g}, is {value:g}")
 
 
 class Asking(StatefulAction):
@@ -44,6 +57,7 @@ class Asking(StatefulAction):
         """Check the ports; see `Node.adopt`."""
         super().adopt(children)
         require_ports(self, *self.required_ports)
+        require_within(self, 0.0, LONGEST, *PATIENCES)
 
     def ask(self) -> Asked[Any]:
         """Send the request or goal."""

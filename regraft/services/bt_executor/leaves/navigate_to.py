@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Final
 
 from behavior_tree import SUCCESS, Input, Node, Output, Status
 from regraft.bus_schema.messages.geometry import FramedPose, Pose
 from regraft.bus_schema.messages.maps import NamedGoal
 from regraft.bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
-from regraft.services.bt_executor.leaves.asking_leaf import Asking, write_if_connected
+from regraft.services.bt_executor.leaves.asking_leaf import Asking, require_within, write_if_connected
 from regraft.services.bt_executor.leaves.context import Asked
+
+FARTHEST: Final = 1e9
+"""Metres, or radians."""
 
 
 class NavigateToGoal(Asking):
@@ -30,6 +33,7 @@ class NavigateToGoal(Asking):
         given = self.setup.attributes.keys() & {"goal", "x", "y"}
         if given not in ({"goal"}, {"x", "y"}):
             raise ValueError(f"{self.type_id} needs either the port goal, or the ports x and y")
+        require_within(self, -FARTHEST, FARTHEST, "x", "y", "yaw")
 
     def ask(self) -> Asked[Any]:
         """Give the goal."""

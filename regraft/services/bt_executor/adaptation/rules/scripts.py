@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any, TypeVar
 
 from behavior_tree import BlackboardError, Node, PortError, ScriptError
-from behavior_tree.script import compile_script
+from behavior_tree.script import compile_script, entries_assigned, entries_read
 from behavior_tree.script.operators import truth
-from behavior_tree.script.parser import parse
-from behavior_tree.script.syntax import Assignment, Name
-from behavior_tree.status import STATUS_NAMES
 
 T = TypeVar("T")
 
@@ -26,17 +22,14 @@ class KnowingScript:
         """Compile it for a node's blackboard; raises ValueError if it is not well-formed, or assigns."""
         enums, extensions = node.runtime.enums, node.runtime.extensions
         try:
-            parts = [part for statement in parse(text, extensions=extensions) for part in _parts(statement)]
+            assigned = entries_assigned(text, extensions=extensions)
+            self._names = entries_read(text, enums, extensions=extensions)
             self._script = compile_script(text, node.blackboard, enums, extensions=extensions)
         except ScriptError as error:
             raise ValueError(error.message) from None
-        if any(isinstance(part, Assignment) for part in parts):
+        if assigned:
             raise ValueError(f"'{text}' assigns; compare with ==")
         self._find = node.blackboard.find
-        known = {*enums, *STATUS_NAMES} if extensions else enums
-        self._names = tuple(
-            dict.fromkeys(part.name for part in parts if isinstance(part, Name) and part.name not in known)
-        )
 
     @property
     def is_constant(self) -> bool:
@@ -65,15 +58,3 @@ def known_or_none(ask: Callable[[], T]) -> T | None:
         if isinstance(error.__cause__, BlackboardError):
             return None
         raise
-
-
-def _parts(expression: object) -> Iterator[object]:
-    """Yield the parts of an expression in the order of its text; a long sum is nested too deeply for recursion."""
-    pending = [expression]
-    while pending:
-        part = pending.pop()
-        if isinstance(part, tuple):
-            pending.extend(reversed(part))
-        elif dataclasses.is_dataclass(part):
-            yield part
-            pending.extend(getattr(part, field.name) for field in reversed(dataclasses.fields(part)))
