@@ -102,9 +102,9 @@ class Collector:
         if path in self._read:
             return
         self._read.add(path)
-        if path.exists() and not path.is_file():
-            raise LoadError(f"cannot read '{path}': it is no file", file=str(path))
         try:
+            if path.exists() and not path.is_file():
+                raise LoadError(f"cannot read '{path}': it is no file", file=str(path))
             self._check_size(path)
             text = decode(path.read_bytes())
         except (OSError, ValueError) as error:

@@ -13,7 +13,7 @@ from regraft.evaluation.finding import find_study, studies
 from regraft.evaluation.rows import Rows
 from regraft.evaluation.runs.run_directory import AS_RUN, Plan, prepare
 from regraft.evaluation.study import Changes, Results
-from regraft.services.bt_executor.checking import check, known_types
+from regraft.services.bt_executor.checking import check, known_nodes
 from regraft.stack import load
 from regraft.stacks.frog.studies.arms.scenarios import SCENARIOS
 from regraft.stacks.frog.studies.exploring_measures import LIMIT, is_kept
@@ -42,7 +42,7 @@ def test_the_stack_of_each_configuration_is_consistent_and_its_mission_can_be_lo
     assert violations(stack.architecture) == ()
     executor = stack.architecture.components["bt_executor"].parameters
     assert "rows" in stack.architecture.components
-    assert check(Path(str(executor["mission"])), known_types(str(executor["nodes"]).split())).errors == ()
+    assert check(Path(str(executor["mission"])), known_nodes(str(executor["nodes"]).split())).errors == ()
 
 
 def test_a_configuration_differs_from_the_others_by_what_it_says_only() -> None:

@@ -12,7 +12,7 @@ from typer.testing import CliRunner, Result
 
 from behavior_tree import NodeSetup, SyncAction
 from regraft.bus_schema.messages.mission import Command, MissionState
-from regraft.services.bt_executor.checking import check, known_types
+from regraft.services.bt_executor.checking import check, known_nodes
 from regraft.services.bt_executor.executor import Executor
 from regraft.stack import load
 from regraft.testing import Rig
@@ -70,7 +70,7 @@ def test_a_right_mission_is_said_to_be_right() -> None:
 def test_every_stacks_mission_is_right(stack: str) -> None:
     parameters = load(FROG.parent / f"{stack}.yaml").architecture.components["bt_executor"].parameters
     mission = Path(parameters["mission"])
-    assert check(mission, known_types(parameters.get("nodes", "").split()), parameters.get("main", "")).errors == ()
+    assert check(mission, known_nodes(parameters.get("nodes", "").split()), parameters.get("main", "")).errors == ()
 
 
 def test_all_errors_are_told_with_line_and_node_in_the_order_of_the_file(file: Path) -> None:
@@ -227,13 +227,29 @@ RIGHT = ("<AlwaysSuccess/>", '<Sleep msec="5"/>', '<Inverter><Say text="a &gt; b
 def test_exactly_the_wrong_lines_are_told(tmp_path_factory: pytest.TempPathFactory, lines: list[str]) -> None:
     mission = tmp_path_factory.mktemp("check") / "mission.xml"
     mission.write_text(tree(*lines))
-    found = check(mission, known_types(()))
+    found = check(mission, known_nodes(()))
     assert [error.line for error in found.errors] == [n for n, line in enumerate(lines, 2) if line in WRONG]
 
 
 def test_types_of_the_executors_own_entries_are_checked(file: Path) -> None:
     file.write_text(tree('<Takes place="{battery_charge}"/>'))
     assert "battery_charge" in checked(file, "--nodes", "tests.executor.test_blackboard:Takes").stderr
+
+
+@pytest.mark.parametrize(
+    ("node", "known_to_all"), [('<WaitForTopic input="odometry"/>', False), ('<Takes place="{robot_speed}"/>', True)]
+)
+def test_the_executor_of_a_stack_decides_what_is_right_there(file: Path, node: str, known_to_all: bool) -> None:
+    """An executor that navigates has an input of its own, and an entry that is a number."""
+    file.write_text(tree(node))
+    nodes = ("--nodes", "tests.executor.test_blackboard:Takes")
+    assert (checked(file, *nodes).exit_code == 0) is known_to_all
+    assert (checked(file, *nodes, "--stack", str(FROG.parent / "nav2.yaml")).exit_code == 0) is not known_to_all
+
+
+def test_a_file_that_cannot_be_is_told_without_a_traceback(tmp_path: Path) -> None:
+    found = checked(tmp_path / f"{'x' * 300}.xml")
+    assert (found.exit_code, "cannot read" in found.stderr) == (2, True), found.stderr
 
 
 @pytest.mark.parametrize("what", ["much text", "many nodes", "a script without end", "a leaf that raises"])

@@ -101,3 +101,10 @@ def test_commands_without_a_system_know_the_library(trees: Path, tmp_path: Path)
     assert "Own, 4 nodes: nothing wrong" in mission("check", file, "--stack", stack).stdout
     assert "there is no such file or folder" in refused("check", file, "--trees", tmp_path / "nowhere")
     assert "name a file, or by --main a tree" in refused("load")
+
+
+def test_a_file_that_nobody_can_read_keeps_nobody_from_the_others(trees: Path) -> None:
+    (trees / "far.xml").symlink_to(trees / ("x" * 300))
+    library = library_of([str(trees)])
+    assert "Patrol" in library.ids
+    assert len(library.problems) == 1

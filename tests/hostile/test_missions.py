@@ -21,7 +21,7 @@ from regraft.bus_schema.messages.mission import (
 )
 from regraft.component.component import describe
 from regraft.host.watchdog.hang_detection import HUNG_TIMEOUT
-from regraft.services.bt_executor.checking import check, known_types
+from regraft.services.bt_executor.checking import check, known_nodes
 from regraft.services.bt_executor.executor import Executor
 from regraft.services.bt_executor.observing.recording import steps
 from regraft.services.bt_executor.source import Source, Unloadable
@@ -149,10 +149,10 @@ def test_includes_without_end_are_told_with_their_place(tmp_path: Path) -> None:
 def test_a_pipe_or_device_is_no_mission_and_nobody_waits_for_it(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.xml")
     for file in (tmp_path / "pipe.xml", Path("/dev/zero")):
-        (found,) = check(file, known_types(())).errors
+        (found,) = check(file, known_nodes(())).errors
         assert "it is no file" in found.text
         with pytest.raises(Unloadable, match="it is no file"):
-            Source(str(file)).load(known_types(()), Blackboard())
+            Source(str(file)).load(known_nodes(()).registry, Blackboard())
 
 
 @pytest.mark.parametrize("verb", ["load", "swap"])
@@ -167,10 +167,10 @@ def test_an_empty_file_is_no_tree_and_does_not_mean_the_executors_own(tmp_path: 
 def test_one_error_is_told_once_and_by_the_files_name(tmp_path: Path) -> None:
     two = '<BehaviorTree ID="A"><AlwaysSuccess/></BehaviorTree>\n' * 2
     (tmp_path / "m.xml").write_text(f'<root BTCPP_format="4">\n{two}</root>')
-    (found,) = check(tmp_path / "m.xml", known_types(())).errors
+    (found,) = check(tmp_path / "m.xml", known_nodes(())).errors
     assert str(found).count(f"{tmp_path / 'm.xml'}:") == 2
     (tmp_path / "m.xml").write_text(tree(f'<Script code="{SCRIPT}; {SCRIPT}"/>'))
-    (found,) = check(tmp_path / "m.xml", known_types(())).errors
+    (found,) = check(tmp_path / "m.xml", known_nodes(())).errors
     assert (found.line, "at most 10000" in found.text) == (2, True)
 
 

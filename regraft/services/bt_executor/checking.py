@@ -72,16 +72,36 @@ class Report:
 class _Nobody:
     """Replaces the executor's kit where nothing runs: leaves may ask for its inputs' names, and for no more."""
 
-    def __init__(self) -> None:
-        self.inputs = {port.name: None for port in describe(Executor).ports if port.direction == "input"}
+    def __init__(self, executors: Sequence[type[Executor]]) -> None:
+        ports = (port for executor in executors for port in describe(executor).ports)
+        self.inputs = {port.name: None for port in ports if port.direction == "input"}
 
 
-def known_types(places: Sequence[str], warnings: list[str] | None = None) -> Registry:
-    """Return the node types that an executor knows, and others: as ``module:name``, or a file with a TreeNodesModel.
+@dataclass(frozen=True, slots=True)
+class KnownNodes:
+    """The node types that a tree may use, and the classes of the executors that are to run it."""
+
+    registry: Registry
+    executors: Sequence[type[Executor]] = (Executor,)
+
+    def root_board(self, clock: ManualClock | None = None) -> Blackboard:
+        """Return a root blackboard with the entries that the executors have of themselves."""
+        board = Blackboard(clock=clock or ManualClock())
+        types = {own.key: own.type for executor in self.executors for own in executor.reflected}
+        for key, kind in types.items():
+            board.declare(key, kind)
+        return board
+
+
+def known_nodes(
+    places: Sequence[str], warnings: list[str] | None = None, executors: Sequence[type[Executor]] = (Executor,)
+) -> KnownNodes:
+    """Return the node types that executors know, and others: as ``module:name``, or a file with a TreeNodesModel.
 
     Args:
         places: Where the others are.
         warnings: Takes the doubts about models, each with file and line.
+        executors: The classes of the executors.
 
     Raises:
         TreeError: a place leads nowhere, or a file holds no models.
@@ -89,7 +109,7 @@ def known_types(places: Sequence[str], warnings: list[str] | None = None) -> Reg
     files = [place for place in places if Path(place).suffix.lower() in (".xml", ".btproj")]
     classes = [place for place in places if place not in files]
     models = [model for file in files for model in _models(file, warnings)]
-    context = LeafContext(cast("Kit", _Nobody()), lambda: None)
+    context = LeafContext(cast("Kit", _Nobody(executors)), lambda: None)
     ours = node_types(context, classes).manifests
     # A model of the same name with other ports is of somebody else's node, which its mission means.
     others = [
@@ -97,7 +117,7 @@ def known_types(places: Sequence[str], warnings: list[str] | None = None) -> Reg
     ]
     registry = node_types(context, classes, leave_out=others)
     mock_models(registry, models)
-    return registry
+    return KnownNodes(registry, executors)
 
 
 def _ports(known: Mapping[str, NodeManifest], model: NodeManifest) -> Set[str]:
@@ -120,13 +140,13 @@ def _models(file: str, warnings: list[str] | None) -> Collection[NodeManifest]:
 
 
 def check(
-    file: Path, registry: Registry, main: str = "", *, strict: bool = False, library: TreeLibrary | None = None
+    file: Path, known: KnownNodes, main: str = "", *, strict: bool = False, library: TreeLibrary | None = None
 ) -> Report:
     """Return all mistakes in a file's tree ``main``, by default the one that it executes.
 
     If ``strict``, the scripts may have only what those of BehaviorTree.CPP have. Sub-trees may be those of ``library``.
     """
-    first = _outcome(lambda: _from_file(file, registry, main, strict, library), file)
+    first = _outcome(lambda: _from_file(file, known, main, strict, library), file)
     if isinstance(first, Report):
         return first
     if first.line == 0:
@@ -135,22 +155,14 @@ def check(
         document = parse_document(decode(file.read_bytes()), "")
     except (TreeError, OSError, ValueError):
         return Report((first,), ())
-    report = _Search(file, registry, main, strict, library).run(document, first)
+    report = _Search(file, known, main, strict, library).run(document, first)
     in_order = sorted(report.errors, key=lambda error: (error.file != str(file), error.file, error.line))
     return replace(report, errors=tuple(in_order))
 
 
-def _from_file(file: Path, registry: Registry, main: str, strict: bool, library: TreeLibrary | None) -> Tree:
-    board = root_board()
-    return load_file(file, registry, main=main, blackboard=board, limits=LIMITS, strict=strict, library=library)
-
-
-def root_board(clock: ManualClock | None = None) -> Blackboard:
-    """Return a root blackboard with the entries that the executor has of itself."""
-    board = Blackboard(clock=clock or ManualClock())
-    for own in Executor.reflected:
-        board.declare(own.key, own.type)
-    return board
+def _from_file(file: Path, known: KnownNodes, main: str, strict: bool, library: TreeLibrary | None) -> Tree:
+    board = known.root_board()
+    return load_file(file, known.registry, main=main, blackboard=board, limits=LIMITS, strict=strict, library=library)
 
 
 def _outcome(made: Callable[[], Tree], file: Path) -> Report | Finding:
@@ -178,11 +190,11 @@ def _finding(error: TreeError, file: Path) -> Finding:
 class _Search:
     """Looks for further errors in a document."""
 
-    def __init__(self, file: Path, registry: Registry, main: str, strict: bool, library: TreeLibrary | None) -> None:
+    def __init__(self, file: Path, known: KnownNodes, main: str, strict: bool, library: TreeLibrary | None) -> None:
         self._strict = strict
         self._library = library
         self._file = file
-        self._registry = registry
+        self._known = known
         self._main = main
 
     def run(self, document: Element, first: Finding) -> Report:
@@ -210,9 +222,9 @@ class _Search:
 
     def _loaded(self, document: Element) -> Report | Finding:
         text = "".join(_texts(document, [1]))
-        load = partial(load_text, text, self._registry, main=self._main, limits=LIMITS, strict=self._strict)
+        load = partial(load_text, text, self._known.registry, main=self._main, limits=LIMITS, strict=self._strict)
         load = partial(load, library=self._library)
-        return _outcome(partial(load, blackboard=root_board(), folder=self._file.parent), self._file)
+        return _outcome(partial(load, blackboard=self._known.root_board(), folder=self._file.parent), self._file)
 
 
 def _elements(element: Element) -> Iterator[Element]:

@@ -215,8 +215,8 @@ def check(
     from regraft.services.bt_executor.authors.known_types import known_to_authors, library_known
 
     doubts: list[str] = []
-    registry = known_to_authors(nodes or [], stack, file, doubts)
-    report = checking.check(file, registry, main, strict=strict, library=library_known(trees, stack))
+    known = known_to_authors(nodes or [], stack, file, doubts)
+    report = checking.check(file, known, main, strict=strict, library=library_known(trees, stack))
     report = replace(report, warnings=(*doubts, *report.warnings))
     if as_json:
         show_json(asdict(report))

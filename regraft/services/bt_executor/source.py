@@ -123,6 +123,8 @@ def library_of(paths: Iterable[str | Path]) -> TreeLibrary:
             if not Path(path).exists():
                 raise Unloadable(f"trees: '{path}': there is no such file or folder")
             (library.add_folder if Path(path).is_dir() else library.add_file)(path)
+    except OSError as error:
+        raise Unloadable(f"trees: {error}") from None
     except TreeError as error:
         raise Unloadable(str(error)) from None
     return library

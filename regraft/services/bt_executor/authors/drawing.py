@@ -14,10 +14,10 @@ def models(nodes: NodesOption = None, stack: StackOption = None) -> None:
     from regraft.services.bt_executor.authors.known_types import known_to_authors
 
     doubts: list[str] = []
-    registry = known_to_authors(nodes or [], stack, None, doubts)
+    known = known_to_authors(nodes or [], stack, None, doubts)
     for doubt in doubts:
         complain(f"warning: {doubt}")
-    say(models_text(registry.manifests.values()))
+    say(models_text(known.registry.manifests.values()))
 
 
 def dot(
@@ -34,8 +34,8 @@ def dot(
     from regraft.services.bt_executor.authors.reading import loaded
 
     doubts: list[str] = []
-    registry = known_to_authors(nodes or [], stack, file, doubts)
-    tree = loaded(file, registry, main, library=library_known(trees, stack))
+    known = known_to_authors(nodes or [], stack, file, doubts)
+    tree = loaded(file, known, main, library=library_known(trees, stack))
     for doubt in (*doubts, *tree.warnings):
         complain(f"warning: {doubt}")
     show_graph(graphviz.dot(tree), out)

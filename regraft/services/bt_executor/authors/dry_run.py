@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -13,7 +13,6 @@ from behavior_tree import (
     Node,
     NodeCounts,
     NodeError,
-    Registry,
     Tree,
     TreeLibrary,
     TreeObserver,
@@ -26,6 +25,7 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.cli.outcomes import BadInput
 from regraft.services.bt_executor.authors.reading import loaded
 from regraft.services.bt_executor.boards import BoardRefusal, write_board
+from regraft.services.bt_executor.checking import KnownNodes
 from regraft.services.bt_executor.mission import MAX_TICKS_AT_ONCE
 from regraft.services.bt_executor.mocks import with_mocks
 from regraft.services.bt_executor.source import Unloadable
@@ -75,7 +75,7 @@ class DryRun:
 
 def dry_run(
     file: Path,
-    registry: Registry,
+    known: KnownNodes,
     *,
     mocks: Path | None = None,
     main: str = "",
@@ -87,7 +87,7 @@ def dry_run(
 
     Args:
         file: The file.
-        registry: The node types; those that act on what is outside the tree are mocked.
+        known: The node types; those that act on what is outside the tree are mocked.
         mocks: A file with rules of what else takes nodes' places.
         main: The ID of the tree, by default that of the file.
         library: Where sub-trees are that the file does not have.
@@ -98,12 +98,12 @@ def dry_run(
         BadInput: the tree cannot be built, the rules are faulty, or an entry does not fit.
     """
     try:
-        registry = with_mocks(registry, mocks) if mocks is not None else registry.copy()
+        registry = with_mocks(known.registry, mocks) if mocks is not None else known.registry.copy()
     except Unloadable as unloadable:
         raise BadInput(str(unloadable)) from None
     mock_outside(registry)
     clock = ManualClock()
-    tree = loaded(file, registry, main, clock, library)
+    tree = loaded(file, replace(known, registry=registry), main, clock, library)
     if entries:
         try:
             write_board(tree, "", entries, 0.0)

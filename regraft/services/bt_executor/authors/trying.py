@@ -55,9 +55,9 @@ def dry_run(
 
     given = assignments(entries or [], "--set ")
     doubts: list[str] = []
-    registry = known_to_authors(nodes or [], stack, file, doubts)
+    known = known_to_authors(nodes or [], stack, file, doubts)
     library = library_known(trees, stack)
-    done = running.dry_run(file, registry, mocks=mocks, main=main, library=library, entries=given, seconds=longest)
+    done = running.dry_run(file, known, mocks=mocks, main=main, library=library, entries=given, seconds=longest)
     if as_json:
         show_json(asdict(done))
     else:
