@@ -11,7 +11,7 @@ from regraft.client import TopicSample
 
 @dataclass(slots=True)
 class Gaps:
-    """What was left out between the messages of each run of a source."""
+    """Counts the messages that are missing between those of each run of a source."""
 
     _last: dict[tuple[str, int], int] = field(default_factory=dict)
 
