@@ -51,9 +51,17 @@ def _check_definition(owner: type, base: type, name: str, value: Any) -> None:
         used = "an attribute"
     elif callable(value) != callable(usual) or isinstance(value, property):
         used = "a method" if callable(value) or isinstance(value, property) else "a value"
+    elif _is_async(value) and not _is_async(usual):
+        why = "it is called and never awaited; have self.kit.spawn() carry out what waits"
+        raise BadType(f"{_place(owner, name)}: {name!r} cannot be async: {why}")
     else:
         return
     _refuse(_place(owner, name), base, name, used)
+
+
+def _is_async(value: Any) -> bool:
+    function = getattr(value, "__func__", value)
+    return inspect.iscoroutinefunction(function) or inspect.isasyncgenfunction(function)
 
 
 def _check_assignments(owner: type, base: type, reserved: set[str], code: CodeType) -> None:

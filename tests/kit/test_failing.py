@@ -10,7 +10,10 @@ from regraft import Component, Input, Output, Parameter, every, service
 from regraft.bus_schema.messages.geometry import Twist, Vector3
 from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.component.errors import CallFailed
+from regraft.runtime.lifecycle.lifecycle import TransitionFailed
 from regraft.testing import Rig
+
+PLACES = ("nowhere", "handler", "timer", "task", "activate", "error", "parameters", "raises", "cleanup")
 
 
 class Pump(Component):
@@ -18,7 +21,7 @@ class Pump(Component):
 
     heard = Input(Twist, topic="numbers", required=False)
     said = Output(Twist, topic="said")
-    where = Parameter("nowhere", choices=("nowhere", "handler", "timer", "task", "activate", "error", "parameters"))
+    where = Parameter("nowhere", choices=PLACES)
 
     def on_configure(self) -> None:
         self.heard_since = 0
@@ -28,6 +31,9 @@ class Pump(Component):
     def on_activate(self) -> None:
         self.kit.spawn(self.work(), "working")
         self._fail_in("activate")
+        self._fail_in("raises")
+        if self.where == "raises":
+            raise OSError("no pump")
 
     def on_error(self) -> None:
         self.errors += 1
@@ -48,11 +54,12 @@ class Pump(Component):
             await self.kit.sleep(1000.0)
         finally:
             self.cancelled = True
+            self._fail_in("cleanup")
 
     @heard.handler
     def hear(self, message: Twist) -> None:
         self.heard_since += 1
-        if self.where in ("handler", "error") and message.linear.x == 13.0:
+        if self.where in ("handler", "error", "cleanup") and message.linear.x == 13.0:
             self.kit.fail("the pump is dry")
         self.said.publish(message)
 
@@ -95,7 +102,16 @@ def _number(value: float) -> Twist:
     return Twist(Vector3(value))
 
 
-@pytest.mark.parametrize("where", ["handler", "timer", "task"])
+def test_a_hook_that_says_why_and_raises_leaves_the_component_unconfigured(rig: Rig) -> None:
+    pump = rig.add(Pump, "pump", {"where": "raises"}, state=State.INACTIVE)
+    with pytest.raises(TransitionFailed, match="no pump"):
+        rig.transition("pump", Transition.ACTIVATE)
+    assert rig.state("pump") is State.UNCONFIGURED
+    assert pump.errors == 1
+    assert rig.take_faults() == ["pump: on_activate: OSError: no pump"]
+
+
+@pytest.mark.parametrize("where", ["handler", "timer", "task", "cleanup"])
 def test_a_component_that_fails_is_unconfigured_and_says_why(rig: Rig, where: str) -> None:
     pump = _pump(rig, where)
     rig.publish("numbers", _number(13.0))

@@ -7,13 +7,21 @@ import math
 import pytest
 
 from regraft import Component, Parameter, every
-from regraft.component.handlers import LONGEST, MAX_RATE, MIN_PERIOD, Period
+from regraft.component.handlers import LONGEST, MAX_RATE, MIN_PERIOD, NEVER, Period
+from regraft.runtime.core.timers import Timers
 
 
 @pytest.mark.parametrize("seconds", [-1.0, 0.0, 1e-9, math.inf, math.nan, 1e10])
 def test_seconds_that_cannot_be_are_refused_where_they_are_declared(seconds: float) -> None:
     with pytest.raises(ValueError, match=r"@every\(seconds=.* must be between"):
         every(seconds=seconds)
+
+
+@pytest.mark.parametrize(("then", "due"), [(-5, 0), (7, 7), (2**70, NEVER)])
+def test_a_sleep_is_over_at_a_time_that_clocks_have(then: int, due: int) -> None:
+    timers = Timers()
+    timers.sleep_until(then)
+    assert timers.next_due() == due
 
 
 @pytest.mark.parametrize("hz", [-1.0, 1e9, math.inf, math.nan])

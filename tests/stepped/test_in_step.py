@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 import pytest
 
-from regraft import Component, every
+from regraft import Component, Input, Parameter, every
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.protocol.clock import CauseCode, Join
 from regraft.bus_schema.messages.protocol.control import ResentSample
@@ -68,7 +68,29 @@ class SlowlyThinkingWorld(SlowThinker, TinyWorld):
     """A world that thinks slowly."""
 
 
+class Limiter(Component):
+    """Sleeps after each message until a time long ago, or for ever."""
+
+    heard = Input(Reading, topic="position")
+    seconds = Parameter(0.0, unit="s")
+
+    @heard.handler
+    async def take(self, reading: Reading) -> None:
+        await self.kit.sleep(self.seconds)
+
+
 EVERYBODY = ("adviser", "clerk", "pusher", "witness")
+
+
+@pytest.mark.parametrize("seconds", [-1e3, 1e12])
+def test_a_sleep_until_long_ago_or_for_ever_ends_nobody(seconds: float) -> None:
+    steps = StepSite("memory")
+    try:
+        steps.start(Limiter, "limiter", parameters={"seconds": seconds})
+        steps.start_world(TinyWorld, ("limiter",), 1.0)
+        assert steps.wait_finished().reproducible
+    finally:
+        steps.close()
 
 
 def _start_all(steps: StepSite, duration: float) -> None:

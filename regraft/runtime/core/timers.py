@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from regraft.component.future import Future
+from regraft.component.handlers import NEVER
 
 
 @dataclass(slots=True)
@@ -47,9 +48,10 @@ class Timers:
         return any(other is timer for other in self.periodic)
 
     def sleep_until(self, then: int) -> Future[None]:
-        """Return what is resolved when the clock reaches ``then``."""
+        """Return what is resolved when the clock reaches ``then``, or soon if that is past."""
         waiting: Future[None] = Future()
-        heapq.heappush(self.sleepers, (then, next(self._count), waiting))
+        # Members report when something is due next, and no such time is before zero or that far away.
+        heapq.heappush(self.sleepers, (min(max(then, 0), NEVER), next(self._count), waiting))
         return waiting
 
     @property

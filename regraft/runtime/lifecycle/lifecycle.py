@@ -156,6 +156,7 @@ class Lifecycle:
         parts = self._parts
         parts.reporter.update(state=State.ERROR_PROCESSING)
         self._stop_acting("the component failed")
+        parts.failing = ""  # the reasons until here are being processed
         try:
             parts.component.on_error()
             self._raise_if_failing()

@@ -13,6 +13,7 @@ from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.robots.scopes import component_in_scope
 from regraft.component.future import Future
 from regraft.component.goal import Goal
+from regraft.component.handlers import LONGEST
 from regraft.component.kit import ExclusiveSlot, Kit, Task
 from regraft.component.live_ports import Inputs, Outputs
 from regraft.component.parameters import ParameterSet
@@ -74,7 +75,7 @@ class RuntimeKit(Kit):
         return self._parts.tick
 
     def sleep(self, seconds: float) -> Future[None]:
-        return self._parts.timers.sleep_until(self._parts.clock.now() + round(seconds * 1e9))
+        return self._parts.timers.sleep_until(self._parts.clock.now() + round(min(seconds, LONGEST) * 1e9))
 
     # --- asking others ---
 

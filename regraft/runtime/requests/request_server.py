@@ -151,11 +151,18 @@ class Server:
         client = self._clients.get(name)
         if client is None:
             client = self._clients[name] = _Client()
-            if len(self._clients) > MAX_CLIENTS:
-                forgotten, _ = self._clients.popitem(last=False)
-                self._forget_writer(self._keys.reply(self.name, forgotten))
+            self._forget_clients(but=name)
         self._clients.move_to_end(name)
         return client
+
+    def _forget_clients(self, but: str) -> None:
+        """Forget those that have asked longest ago, if there are too many, and have nothing under way."""
+        if len(self._clients) <= MAX_CLIENTS:
+            return
+        idle = [name for name, client in self._clients.items() if not client.open and name != but]
+        for forgotten in idle[: len(self._clients) - MAX_CLIENTS]:
+            del self._clients[forgotten]
+            self._forget_writer(self._keys.reply(self.name, forgotten))
 
     def _forget_writer(self, key: str) -> None:
         """Undeclare the key of a client; one that still listens may ask again, and drops numbers that come twice."""

@@ -34,6 +34,7 @@ class Slow(Component):
     def __init__(self) -> None:
         self.begun: list[int] = []
         self.ticks = 0
+        self.answered = 0
 
     @heard.handler
     async def take(self, number: Number) -> None:
@@ -47,6 +48,7 @@ class Slow(Component):
 
     @service("wait")
     async def wait(self, number: Number) -> Number:
+        self.answered += 1
         await self.kit.sleep(self.lasts)
         return number
 
@@ -172,6 +174,16 @@ def test_a_slow_service_is_no_less_bounded_with_more_clients_than_it_remembers(
         crowds = [rig.add(Crowd, f"crowd_{n}", {"many": 2}) for n in range(6)]
         rig.advance(1.0)
         assert [[one.done for one in crowd.asked] for crowd in crowds] == [[False, False]] * 5 + [[True, True]]
+
+
+def test_a_request_under_way_is_carried_out_once_however_many_clients_ask(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(request_server, "MAX_CLIENTS", 3)
+    with Rig() as rig:
+        slow = rig.add(Slow)
+        crowds = [rig.add(Crowd, f"crowd_{n}") for n in range(6)]
+        rig.advance(slow.lasts + 1.0)
+        assert [crowd.asked[0].value for crowd in crowds] == [Number(0)] * 6
+        assert slow.answered == 6
 
 
 def test_a_request_that_was_refused_stays_so_when_it_comes_again(monkeypatch: pytest.MonkeyPatch) -> None:

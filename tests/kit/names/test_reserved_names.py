@@ -69,6 +69,19 @@ def test_a_name_of_the_base_is_refused_with_file_and_line(
     assert str(refused.value).endswith("choose another name")
 
 
+@pytest.mark.parametrize(
+    "hook", ["async def on_activate(self):", "async def restore(self, state):", "async def snapshot(self):"]
+)
+def test_a_hook_that_nobody_would_await_is_refused_with_file_and_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, hook: str
+) -> None:
+    file = module(tmp_path, monkeypatch, f"    {hook}\n        pass\n")
+    name = hook.split("(")[0].removeprefix("async def ")
+    with pytest.raises(NoSuchClass) as refused:
+        load_class(f"{file.stem}:Odd")
+    assert f"{file}:{LINE}: '{name}' cannot be async" in str(refused.value)
+
+
 def test_a_stack_with_such_a_class_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = module(tmp_path, monkeypatch, "    kit = Parameter(1.0)\n")
     (problem,) = problems(tmp_path, f"system: tests\ncomponents:\n  odd: {{class: '{file.stem}:Odd'}}\n")
