@@ -22,6 +22,7 @@ from regraft.host.host import Host
 from regraft.host.joining.leaving import ANSWER_TIMEOUT, ATTEMPTS, announce
 from regraft.host.plan import HostPlan
 from regraft.host.runs.managed_process import ManagedProcess
+from regraft.host.runs.starting_checkpoint import StartingCheckpoint
 from regraft.host.zygote.zygote import Zygote
 from regraft.runtime.core.lease import GRACE, GrantedLease, now
 from regraft.security.host_proof import Seal
@@ -68,7 +69,7 @@ class JoinedHost(Host):
     def _take_past(self, run: PastRun) -> None:
         managed = self.processes.get(run.component)
         self.standby_runs.leave_out(run.component, run.incarnation)
-        self.past.note(run.component, run.incarnation, run.checkpoint)
+        self.past.note(run.component, run.incarnation, StartingCheckpoint(run.checkpoint, run.incarnation))
         if managed is not None and not managed.has_process and run.incarnation > managed.incarnation:
             managed.incarnation = run.incarnation
             managed.checkpoint.resume(run.checkpoint)

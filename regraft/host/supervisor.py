@@ -212,7 +212,7 @@ class Supervisor:
 
     def _forget(self, managed: ManagedProcess) -> None:
         del self.processes[managed.spec.name]
-        self.past.note(managed.spec.name, managed.past_until, managed.checkpoint.payload)
+        self.past.note(managed.spec.name, managed.past_until, managed.checkpoint)
         self._killer.forget(managed)
         self._next_status = 0.0
         self._publisher.event("component.removed", managed.spec.name, f"{managed.spec.name} was removed")

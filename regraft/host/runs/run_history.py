@@ -2,33 +2,39 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from regraft.bus.interface import Sample
 from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.bus_schema.messages.protocol.joining import PastRun
+from regraft.host.runs.starting_checkpoint import StartingCheckpoint
 
 MAX_NAMES = 1000
+NO_CHECKPOINT = StartingCheckpoint()
 
 
 @dataclass(slots=True)
 class _Known:
     incarnation: int = 0
-    checkpoint: bytes = b""
+    checkpoint: StartingCheckpoint = field(default_factory=StartingCheckpoint)
 
 
 class RunHistory:
-    """The highest incarnation and the last checkpoint of each component that was heard of."""
+    """The highest incarnation and the last checkpoint of each component that was heard of.
+
+    A run without a checkpoint leaves that of an earlier run alone: a successor may fail, and its incumbent continue.
+    """
 
     def __init__(self) -> None:
         self._known: dict[str, _Known] = {}
 
-    def note(self, component: str, incarnation: int, checkpoint: bytes = b"") -> None:
-        """Note a run; that of a lower incarnation than known counts for nothing."""
+    def note(self, component: str, incarnation: int, checkpoint: StartingCheckpoint = NO_CHECKPOINT) -> None:
+        """Note a run, and its checkpoint unless one that counts from a later incarnation is known."""
         known = self._known.setdefault(component, _Known())
-        if incarnation >= known.incarnation:
-            known.incarnation = incarnation
-            known.checkpoint = checkpoint or known.checkpoint
+        known.incarnation = max(known.incarnation, incarnation)
+        if checkpoint.counts_from >= known.checkpoint.counts_from:
+            last = checkpoint.payload or known.checkpoint.payload
+            known.checkpoint = StartingCheckpoint(last, checkpoint.counts_from)
         while len(self._known) > MAX_NAMES:
             del self._known[next(iter(self._known))]
 
@@ -36,12 +42,13 @@ class RunHistory:
         """Have an earlier checkpoint as the last one; those of the runs that were heard of count no more."""
         known = self._known.get(component)
         if known is not None:
-            known.incarnation, known.checkpoint = known.incarnation + 1, checkpoint
+            known.checkpoint.go_back(checkpoint, known.incarnation)
 
     def take(self, component: str, what: str, sample: Sample) -> None:
         """Take a status or a checkpoint from elsewhere; raises BadMessage."""
         incarnation = Envelope.from_bytes(sample.attachment).incarnation
-        self.note(component, incarnation, sample.payload if what == "checkpoint" else b"")
+        has_state = what == "checkpoint"
+        self.note(component, incarnation, StartingCheckpoint(sample.payload, incarnation) if has_state else NO_CHECKPOINT)
 
     def incarnation(self, component: str) -> int:
         """Return the highest incarnation that was heard of, 0 for none."""
@@ -51,7 +58,7 @@ class RunHistory:
     def checkpoint(self, component: str) -> bytes:
         """Return the payload of the last checkpoint, empty for none."""
         known = self._known.get(component)
-        return known.checkpoint if known else b""
+        return known.checkpoint.payload if known else b""
 
     def of(self, component: str) -> PastRun:
         """Return all that is known of a component."""

@@ -54,7 +54,8 @@ class StandbyRuns:
         spec = asked.spec.described_as(incumbent.spec)
         history = RestartHistory(spec.restart, total=incumbent.history.total)
         succession = Succession(incumbent.incarnation, asked.with_state)
-        checkpoint = StartingCheckpoint(incumbent.checkpoint.payload if asked.with_state else b"")
+        last = incumbent.checkpoint
+        checkpoint = StartingCheckpoint(last.payload if asked.with_state else b"", last.counts_from)
         self.processes[name] = ManagedProcess(spec, history, succeeds=succession, checkpoint=checkpoint)
         return self.processes[name]
 
@@ -103,7 +104,7 @@ class StandbyRuns:
         name = managed.spec.name
         del self.processes[name]
         if name not in self._speaking:
-            self._past.note(name, managed.past_until, managed.checkpoint.payload)
+            self._past.note(name, managed.past_until, managed.checkpoint)
 
     def step_aside(self, name: str) -> None:
         """Have the run that speaks for a component here run next to one on another host."""
@@ -114,7 +115,7 @@ class StandbyRuns:
         if managed.has_process:
             self.processes[name] = managed
         else:
-            self._past.note(name, managed.past_until, managed.checkpoint.payload)
+            self._past.note(name, managed.past_until, managed.checkpoint)
 
     def restart_if_alone(self, managed: ManagedProcess, now: float) -> None:
         """Have a component that has ended restarted, if nobody runs next to it any more, or nobody has decided."""

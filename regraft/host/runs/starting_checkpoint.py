@@ -13,7 +13,8 @@ from regraft.bus_schema.messages.protocol.control import Snapshot
 class StartingCheckpoint:
     """The payload of the last Snapshot that a component has put, empty before the first.
 
-    ``counts_from`` is the incarnation from which on checkpoints count: a run on trial before it was undone.
+    ``counts_from`` is the incarnation from which on checkpoints count: that of the present one, or beyond a run on
+    trial that was undone. It is 0 for one of a run elsewhere, from which a run here starts.
     """
 
     payload: bytes = b""
@@ -22,7 +23,7 @@ class StartingCheckpoint:
     def take(self, payload: bytes, incarnation: int) -> None:
         """Take the checkpoint of a run, if it counts."""
         if incarnation >= self.counts_from:
-            self.payload = payload
+            self.payload, self.counts_from = payload, incarnation
 
     def resume(self, payload: bytes) -> None:
         """Have the next run start from a checkpoint that was heard of elsewhere; an empty one changes nothing."""

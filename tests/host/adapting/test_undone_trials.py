@@ -14,10 +14,18 @@ from regraft.bus.zenoh_bus import open_bus
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import type_of
 from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.health import ComponentStatus
 from regraft.bus_schema.messages.protocol.control import Snapshot
-from regraft.bus_schema.messages.protocol.host import ProcessState, StartComponent, StopComponent, UpdateSpecs
+from regraft.bus_schema.messages.protocol.host import (
+    ProcessState,
+    StartComponent,
+    StartSuccessor,
+    StopComponent,
+    UpdateSpecs,
+)
 from regraft.bus_schema.model.adaptation import Outcome, Swap
 from regraft.bus_schema.model.architecture import Restart, RestartPolicy
+from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.watched import Condition
 from regraft.host.host import Host
 from regraft.runtime.core.clock import RealClock
@@ -35,6 +43,7 @@ TRIAL = UpdateSpecs(2, (LEAPER,), term=1, on_trial=("ticker",))
 UNDONE = UpdateSpecs(1, (TICKER,), term=1, undoes=2)
 START = StartComponent("ticker", term=1)
 STOP = StopComponent("ticker", 0.0, 1)
+VERBS = {UpdateSpecs: "specs", StartComponent: "start", StopComponent: "stop", StartSuccessor: "succeed"}
 
 
 class NotedStates(NoProcesses):
@@ -66,15 +75,22 @@ class Place:
 
     def ask(self, *questions: object) -> None:
         for question in questions:
-            verb = {UpdateSpecs: "specs", StartComponent: "start", StopComponent: "stop"}[type(question)]
-            ask(self.host, verb, question)
+            ask(self.host, VERBS[type(question)], question)
             self.host.pump(0.0)
 
     def keeps(self, incarnation: int, state: str) -> None:
         """Have a run of the component put a checkpoint."""
-        writers = Writers(MemoryBus(self.hub), RealClock(), Identity("ticker", incarnation, incarnation))
-        writer = writers.open(Keys("tests").checkpoint("ticker"), type_of(Snapshot).encoding)
-        writer.put(codec.encode(Snapshot("ticker", incarnation, 0.0, 1, state)))
+        key = Keys("tests").checkpoint("ticker")
+        self._put(key, Snapshot("ticker", incarnation, 0.0, 1, state), Identity("ticker", incarnation, incarnation))
+
+    def stands_by(self, incarnation: int) -> None:
+        """Have a successor of the component put its first status."""
+        status = ComponentStatus("ticker", incarnation, State.UNCONFIGURED, 1, 0.0)
+        self._put(Keys("tests").standby("ticker"), status, Identity("ticker+", incarnation, incarnation))
+
+    def _put(self, key: str, message: object, identity: Identity) -> None:
+        writers = Writers(MemoryBus(self.hub), RealClock(), identity)
+        writers.open(key, type_of(type(message)).encoding).put(codec.encode(message))
 
     def run_ends(self, incarnation: int, *states: str) -> None:
         """Have a run come up, put checkpoints, and end."""
@@ -176,6 +192,30 @@ def test_a_host_that_had_a_component_on_trial_keeps_its_own_checkpoint_of_it() -
     edge.keeps(2, "late")
     edge.ask(UpdateSpecs(3, (replace(TICKER, host="edge"),), term=1), replace(START, resume=True))
     assert edge.zygote.states == ["its own", "its own"]
+
+
+def test_another_host_continues_from_a_checkpoint_after_a_swap_that_failed() -> None:
+    edge = Place("edge")
+    edge.keeps(1, "its own")
+    edge.stands_by(2)
+    edge.keeps(1, "later")
+    edge.ask(UpdateSpecs(2, (replace(TICKER, host="edge"),), term=1), replace(START, resume=True))
+    assert edge.zygote.states == ["later"]
+    assert edge.zygote.orders == [("ticker", 3)]
+
+
+def test_another_host_continues_from_a_checkpoint_after_a_move_to_it_that_failed() -> None:
+    edge = Place("edge")
+    edge.keeps(1, "its own")
+    edge.ask(StartSuccessor(replace(TICKER, host="edge"), 1, True, 1, 2))
+    started(edge.host, "ticker", 2)
+    edge.keeps(1, "meanwhile")
+    edge.ask(StopComponent("ticker", 0.0, 1, started_as=2))
+    ended(edge.host, "ticker", 2)
+    edge.keeps(1, "later")
+    edge.ask(UpdateSpecs(2, (replace(TICKER, host="edge"),), term=1), replace(START, resume=True))
+    assert edge.zygote.states == ["its own", "later"]
+    assert edge.zygote.orders[-1] == ("ticker", 3)
 
 
 STACK = """\
