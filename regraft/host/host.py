@@ -180,6 +180,8 @@ class Host(Supervisor):
                 managed = self.standby_runs.called(name, incarnation)
                 if managed is not None:
                     managed.checkpoint.take(sample.payload, incarnation)
+                elif name not in self.processes:
+                    self.past.take(name, kind, sample)  # the run that speaks is elsewhere
             else:
                 status = codec.decode(sample.payload, ComponentStatus)
                 managed = self.standby_runs.called(name, status.incarnation)

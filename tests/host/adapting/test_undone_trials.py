@@ -17,6 +17,7 @@ from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.health import ComponentStatus
 from regraft.bus_schema.messages.protocol.control import Snapshot
 from regraft.bus_schema.messages.protocol.host import (
+    LetSpeak,
     ProcessState,
     StartComponent,
     StartSuccessor,
@@ -43,7 +44,13 @@ TRIAL = UpdateSpecs(2, (LEAPER,), term=1, on_trial=("ticker",))
 UNDONE = UpdateSpecs(1, (TICKER,), term=1, undoes=2)
 START = StartComponent("ticker", term=1)
 STOP = StopComponent("ticker", 0.0, 1)
-VERBS = {UpdateSpecs: "specs", StartComponent: "start", StopComponent: "stop", StartSuccessor: "succeed"}
+VERBS = {
+    UpdateSpecs: "specs",
+    StartComponent: "start",
+    StopComponent: "stop",
+    StartSuccessor: "succeed",
+    LetSpeak: "speak",
+}
 
 
 class NotedStates(NoProcesses):
@@ -216,6 +223,21 @@ def test_another_host_continues_from_a_checkpoint_after_a_move_to_it_that_failed
     edge.ask(UpdateSpecs(2, (replace(TICKER, host="edge"),), term=1), replace(START, resume=True))
     assert edge.zygote.states == ["its own", "later"]
     assert edge.zygote.orders[-1] == ("ticker", 3)
+
+
+def test_a_host_keeps_checkpoints_of_a_moved_component_while_the_former_run_still_stands() -> None:
+    local = Place()
+    local.host.pump(0.0)
+    started(local.host, "ticker", 1)
+    local.keeps(1, "before the move")
+    away = replace(TICKER, host="edge")
+    local.ask(StartSuccessor(away, 1, True, 1), LetSpeak("ticker", 2, None, 1, "edge"), UpdateSpecs(2, (away,), term=1))
+    local.keeps(2, "after the move")
+    local.host.take_lazy()
+    local.ask(replace(STOP, started_as=1))
+    ended(local.host, "ticker", 1)
+    local.ask(UpdateSpecs(3, (TICKER,), term=1), replace(START, resume=True))
+    assert local.zygote.states == [None, "after the move"]
 
 
 STACK = """\
