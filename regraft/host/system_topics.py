@@ -46,6 +46,8 @@ KINDS = {
 """The faults that events speak of, by the kind of the event."""
 GONE = {HostState.LOST: "is lost", HostState.LEFT: "has left"}
 """The states of a host after which nothing runs there."""
+HOST_GONE, HOST_BACK = "host_gone", "host_back"
+"""The codes of a run that ends because its host is gone, and of one that had not ended."""
 HUNG = "component.hung"
 REMOVED = "component.removed"
 
@@ -68,6 +70,7 @@ class HostSystemTopics:
         self._known: Architecture | None = None
         self._declared: dict[str, Closable] = {}
         self._hung: set[str] = set()
+        self._gone: set[str] = set()
         self._log = logging.getLogger("host")
 
     def see(self, architecture: Architecture) -> None:
@@ -141,8 +144,18 @@ class HostSystemTopics:
         before = self._view.states.get(status.component)
         if before is not None and status.incarnation < before.incarnation:
             return
+        fault = self._view.faults.get(status.component)
+        as_gone = fault is not None and (fault.code, fault.incarnation) == (HOST_GONE, status.incarnation)
+        if as_gone and self._is_gone(status.component):
+            return  # it is heard a little before its host has joined again
         state = ComponentState(status.component, status.incarnation, status.state, status.failure)
         self._view.take_state(state, self._now)
+        if as_gone and not status.failure:
+            text = f"the host of {status.component} is back"
+            recovered = SystemFaultKind.RECOVERED
+            self._view.take_fault(
+                SystemFault(self._now, status.component, status.incarnation, recovered, text, HOST_BACK)
+            )
         as_before = before is not None and (before.incarnation, before.state) == (status.incarnation, State.ACTIVE)
         if status.state is State.ACTIVE and not as_before:
             self._view.changed |= self._readers.get(status.component, set())  # it reads from now on
@@ -177,9 +190,15 @@ class HostSystemTopics:
     def _take_hosts(self, sample: Sample) -> None:
         others = codec.decode(sample.payload, HostStatus).others
         self._view.take_hosts(others)
+        self._gone = {other.host for other in others if other.state in GONE}
         for other in others:
             if other.state in GONE:
                 self._take_gone(other.host, GONE[other.state])
+
+    def _is_gone(self, component: str) -> bool:
+        """Return whether the host of a component is gone."""
+        spec = self._known.components.get(component) if self._known else None
+        return spec is not None and spec.host in self._gone
 
     def _take_gone(self, host: str, how: str) -> None:
         """Take the ends of what ran on a host that is gone: the host itself can report none."""
@@ -188,7 +207,7 @@ class HostSystemTopics:
             if name in components and components[name].host == host and known.state is not None:
                 text = f"host {host!r} {how}"
                 died = SystemFaultKind.DIED
-                self._view.take_fault(SystemFault(self._now, name, known.incarnation, died, text, "host_gone"))
+                self._view.take_fault(SystemFault(self._now, name, known.incarnation, died, text, HOST_GONE))
 
 
 def _incarnation(event: Event, known: ComponentState | None) -> int:

@@ -35,8 +35,8 @@ class Heard:
     topics: HostSystemTopics
     said: list[Any] = field(default_factory=list)
 
-    def status(self, name: str, incarnation: int, state: State = State.ACTIVE) -> None:
-        self._put(KEYS.status(name), ComponentStatus(name, incarnation, state, 1, 0.0))
+    def status(self, name: str, incarnation: int, state: State = State.ACTIVE, failure: str = "") -> None:
+        self._put(KEYS.status(name), ComponentStatus(name, incarnation, state, 1, 0.0, failure=failure))
 
     def event(self, kind: str, details: dict[str, Any]) -> None:
         self._put(KEYS.event, Event(0.0, kind, "laser", kind, details))
@@ -48,6 +48,11 @@ class Heard:
         publisher = self.bus.publisher(key, type_of(type(message)).encoding, reliable=True)
         publisher.put(codec.encode(message), Envelope("tester", 1, 1, 1, 0).to_bytes())
         self.topics.publish()
+
+    def news(self) -> list[tuple[str, str, str]]:
+        """Return the component, kind and code of each fault that was reported as new."""
+        news = [fault for said in self.said if isinstance(said, SystemFaults) for fault in said.news]
+        return [(fault.component, fault.kind.value, fault.code) for fault in news]
 
     def last(self, cls: type) -> Any:
         return next(message for message in reversed(self.said) if isinstance(message, cls))
@@ -131,8 +136,27 @@ def test_components_have_no_run_once_their_host_is_gone_until_their_next_run(hea
     assert (found.state_of("far"), found.state_of("laser")) == (None, State.ACTIVE)
     heard.host("edge", HostState.JOINED)
     heard.status("far", 2)
-    news = [fault for said in heard.said if isinstance(said, SystemFaults) for fault in said.news]
-    assert [(fault.component, fault.kind.value, fault.code) for fault in news] == [
-        ("far", "died", "host_gone"),
-        ("far", "recovered", "another_run"),
-    ]
+    assert heard.news() == [("far", "died", "host_gone"), ("far", "recovered", "another_run")]
+
+
+def test_a_run_that_is_heard_once_its_host_is_back_has_not_died(heard: Heard) -> None:
+    heard.status("far", 1)
+    heard.host("edge", HostState.LOST)
+    for _ in range(2):
+        heard.status("far", 1)  # before its host has joined again
+        heard.host("edge", HostState.LOST)
+    assert heard.last(SystemStates).state_of("far") is None
+    heard.host("edge", HostState.JOINED)
+    assert [fault.component for fault in heard.last(SystemFaults).present] == ["far"]
+    heard.status("far", 1)
+    assert heard.last(SystemStates).state_of("far") is State.ACTIVE
+    assert heard.last(SystemFaults).present == ()
+    assert heard.news() == [("far", "died", "host_gone"), ("far", "recovered", "host_back")]
+
+
+def test_a_run_that_has_failed_is_still_failed_once_its_host_is_back(heard: Heard) -> None:
+    heard.status("far", 1)
+    heard.host("edge", HostState.LOST)
+    heard.host("edge", HostState.JOINED)
+    heard.status("far", 1, State.INACTIVE, failure="it broke")
+    assert [fault.component for fault in heard.last(SystemFaults).present] == ["far"]

@@ -48,7 +48,9 @@ class RunHistory:
         """Take a status or a checkpoint from elsewhere; raises BadMessage."""
         incarnation = Envelope.from_bytes(sample.attachment).incarnation
         has_state = what == "checkpoint"
-        self.note(component, incarnation, StartingCheckpoint(sample.payload, incarnation) if has_state else NO_CHECKPOINT)
+        self.note(
+            component, incarnation, StartingCheckpoint(sample.payload, incarnation) if has_state else NO_CHECKPOINT
+        )
 
     def incarnation(self, component: str) -> int:
         """Return the highest incarnation that was heard of, 0 for none."""
