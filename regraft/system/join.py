@@ -86,7 +86,8 @@ def run_guest(
     except BusError as error:
         raise explained(error, wanted.endpoints) from None
     system = first.architecture.system
-    stack_folder = wanted.stack_folder or _stack_folder(first)
+    # Components and questions about classes run in it: a relative one would be looked for below itself.
+    stack_folder = wanted.stack_folder.resolve() if wanted.stack_folder else _stack_folder(first)
     look_in(stack_folder)
     folder = run_directory.folder(f"{system}@{wanted.name}")
     held = run_directory.lock(folder.name)

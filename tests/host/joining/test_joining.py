@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from tests.host.several import Site
 from tests.support.commands import run
 from tests.support.hosts import state_of, wait_state
 from tests.support.machine.processes import children_of, wait_gone
+from tests.support.paths import ROOT
 from tests.support.systems import home
 from tests.support.waiting import PATIENCE, wait_until
 
@@ -165,10 +167,14 @@ def test_what_is_mistyped_is_told_before_anything_is_joined(arguments: tuple[str
 
 HERE = """
 import os, signal
-from regraft import Component
+from regraft import Component, Parameter
 
 class Here(Component):
-    pass
+    file = Parameter("", "any file of the stack", unit="path", exists=True)
+
+    def on_configure(self):
+        with open(self.file) as file:
+            print("it has read", file.read())
 """
 ENDING = "import os; os._exit(0)"
 INTERRUPTING = "os.register_at_fork(after_in_parent=lambda: os.kill(os.getpid(), signal.SIGINT))"
@@ -179,9 +185,10 @@ def waiting(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
     """Return a site that waits for its host edge, which is to run a class of the stack's folder."""
     folder = tmp_path_factory.mktemp("waiting")
     (folder / "here.py").write_text(HERE)
+    (folder / "words.txt").write_text("those of the first host")
     with home(folder / "home"):
         made = Site(folder)
-        made.up("  here: {class: 'here:Here', host: edge}\n")
+        made.up("  here: {class: 'here:Here', host: edge, parameters: {file: words.txt}}\n")
         yield made
         made.close()
 
@@ -201,9 +208,21 @@ def test_a_class_whose_import_ends_the_process_is_said_when_its_host_joins(waiti
 
 def test_a_host_that_is_interrupted_before_it_has_joined_leaves_nothing(waiting: Site, tmp_path: Path) -> None:
     (tmp_path / "here.py").write_text(HERE + INTERRUPTING)
+    (tmp_path / "words.txt").touch()
     guest = waiting.begin("edge", "", "--stack-folder", str(tmp_path))
     assert guest.process.wait(PATIENCE) == 130, guest.log.read_text()
     assert not waiting.system.said("host.joined", "edge")
     joined = waiting.join()
     waiting.wait_active("here")
     assert joined.end() == 0
+
+
+def test_a_relative_stack_folder_is_below_the_folder_in_which_the_command_was_typed(
+    waiting: Site, tmp_path: Path
+) -> None:
+    (tmp_path / "here.py").write_text(HERE)
+    (tmp_path / "words.txt").write_text("those of the other machine")
+    guest = waiting.join("edge", "", "--stack-folder", os.path.relpath(tmp_path, ROOT))
+    waiting.wait_active("here")
+    assert any("it has read those of the other machine" in line for line in waiting.system.client.logs("here"))
+    assert guest.end() == 0
