@@ -24,6 +24,7 @@ from regraft.bus_schema.messages.protocol.host import (
     EstimatedQualities,
     EstimateQualities,
 )
+from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.host.host_publisher import refuse
 from regraft.host.plan import HostPlan
 from regraft.host.zygote.estimate_process import UNDER_WAY
@@ -68,7 +69,7 @@ class Describer:
     def ask(self, query: Query) -> None:
         """Begin to describe a component; raises BadMessage, OSError."""
         wanted = codec.decode(query.payload, DescribeComponent)
-        spec = replace(wanted.spec, parameters=self._plan.found_here(wanted.spec.parameters))
+        spec = self._found_here(wanted.spec)
         order = {
             "spec": codec.to_plain(spec),
             "stack_folder": str(self._stack_folder),
@@ -81,7 +82,8 @@ class Describer:
     def ask_estimates(self, query: Query) -> None:
         """Begin to estimate the qualities of an architecture before and after changes; raises BadMessage, OSError."""
         wanted = codec.decode(query.payload, EstimateQualities)
-        order = {"estimate": codec.to_plain(wanted)}
+        before, after = (tuple(self._found_here(spec) for spec in specs) for specs in (wanted.before, wanted.after))
+        order = {"estimate": codec.to_plain(replace(wanted, before=before, after=after))}
         task = "nothing can be estimated: the process that was to do so"
         self._begin(_Asked(query, task, order, _as_it_is, self._free_file()))
 
@@ -100,6 +102,9 @@ class Describer:
         order = {**asked.order, "answer": str(asked.answer), "left_out": asked.left_out}
         log = str(self._folder / "logs" / f"{DESCRIBE}.log")
         self._zygote.describe(name, order, str(self._stack_folder), log)
+
+    def _found_here(self, spec: ComponentSpec) -> ComponentSpec:
+        return replace(spec, parameters=self._plan.found_here(spec.parameters))
 
     def _found_there(self, answer: bytes) -> bytes:
         described = codec.decode(answer, DescribedComponent)
