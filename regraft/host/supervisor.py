@@ -215,7 +215,8 @@ class Supervisor:
         self.past.note(managed.spec.name, managed.past_until, managed.checkpoint)
         self._killer.forget(managed)
         self._next_status = 0.0
-        self._publisher.event("component.removed", managed.spec.name, f"{managed.spec.name} was removed")
+        if not self._is_elsewhere(managed.spec.name):
+            self._publisher.event("component.removed", managed.spec.name, f"{managed.spec.name} was removed")
 
     def ask_to_end(self, managed: ManagedProcess, grace: float) -> None:
         """End a process, by force after ``grace`` seconds, and do not restart it."""

@@ -170,6 +170,7 @@ def test_a_partition_ends_what_may_start_elsewhere_before_it_does(site: Site) ->
     wait_until(lambda: not children_without_zygote(guest), "nothing to run on edge")
     assert site.wait_active("ticker") == second, "whoever acts goes on acting"
     wait_until(lambda: site.process("ticker", "edge") is None, "edge to have forgotten it")
+    assert not site.system.said("component.removed", "ticker")
 
 
 def children_without_zygote(guest: JoinedHost) -> list[int]:

@@ -12,6 +12,8 @@ import pytest
 
 from regraft.bus.memory_bus import MemoryBus, MemoryHub
 from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.health import Event
 from regraft.bus_schema.messages.protocol.host import (
     LetSpeak,
     StartComponent,
@@ -28,6 +30,7 @@ from regraft.host.plan import HostPlan
 from regraft.host.zygote.zygote import Zygote
 from regraft.runtime.core.lease import now
 from regraft.security.host_proof import Seal
+from tests.support.waiting import wait_until
 
 HOME = ComponentSpec("ticker", cls="tests.host.parts:Ticker", host="local")
 AWAY = replace(HOME, host="edge")
@@ -125,11 +128,48 @@ def test_a_run_that_ended_while_its_successor_was_awaited_is_started_once(zygote
     assert len(zygote.orders) == 2
 
 
+def joined_host(wanted: HostPlan, hub: MemoryHub, zygote: NoProcesses, lease: float) -> JoinedHost:
+    """Return a host that has just joined."""
+    return JoinedHost(wanted, MemoryBus(hub), zygote, system(wanted, lease), now(), "one", Seal(), NO_OFFER)
+
+
+def system(wanted: HostPlan, lease: float) -> JoinedSystem:
+    """Return what the first host answers to one that joins."""
+    return JoinedSystem("run", 1, 1, wanted.architecture, 0, "", "/run", "/stack", lease)
+
+
+@pytest.mark.parametrize(("placed", "removals"), [((HOME,), []), ((), ["ticker"])])
+def test_a_host_that_is_back_reports_only_what_is_in_the_architecture_no_more_as_removed(
+    zygote: NoProcesses, placed: tuple[ComponentSpec, ...], removals: list[str]
+) -> None:
+    hub, keys, events = MemoryHub(), Keys("tests"), list[Event]()
+    first = MemoryBus(hub)
+    edge = joined_host(plan("edge", AWAY), hub, zygote, 0.0)
+    ask(edge, "start", StartComponent("ticker", term=1))
+    edge.start_due()
+    started(edge, "ticker", 1)
+    first.subscribe(keys.event, lambda item: events.append(codec.decode(item.payload, Event)))
+
+    def answer(item: Any) -> None:
+        query = first.open_query(item)
+        assert query is not None
+        query.reply(codec.encode(system(plan("edge", *placed), 60.0)))
+
+    first.serve(keys.host("local", "join"), answer)
+
+    def is_told() -> bool:
+        edge.pump(0.0)
+        return edge.processes["ticker"].stopping
+
+    wait_until(is_told, "the answer to its joining")
+    ended(edge, "ticker", 1)
+    assert "ticker" not in edge.processes
+    assert "host.returned" in [event.kind for event in events]
+    assert [event.subject for event in events if event.kind == "component.removed"] == removals
+
+
 def test_a_joined_host_keeps_no_lease_of_what_was_removed(zygote: NoProcesses) -> None:
-    empty = plan("edge")
-    joined = JoinedSystem("run", 1, 1, empty.architecture, 0, "", "/run", "/stack", 60.0)
-    seal = Seal()
-    edge = JoinedHost(empty, MemoryBus(MemoryHub()), zygote, joined, now(), "one", seal, NO_OFFER)
+    edge = joined_host(plan("edge"), MemoryHub(), zygote, 60.0)
     files = os.listdir("/proc/self/fd")
     for number in range(1, 21):
         name = f"ticker_{number}"
