@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 from regraft.bus.interface import Query
 from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.envelope import MAX_INCARNATION
 from regraft.bus_schema.errors import BadMessage, SchemaError
 from regraft.bus_schema.messages.protocol.control import ControlCode
 from regraft.bus_schema.messages.protocol.host import (
@@ -32,8 +33,6 @@ from regraft.runtime.core.terms import Fenced, in_force
 
 KEEP, SPECS = "journal", "specs"
 """The verbs that give the host the journal's end, and new specs; without any it is asked what it runs."""
-MAX_INCARNATION = 2**32 - 1
-"""The most that an envelope has room for."""
 
 
 class HostApi:

@@ -41,7 +41,8 @@ class PrimaryHost(Host):
         self._witness = witness
         self.questions.verbs |= {"prove": self._prove, "join": self._join, "renew": self._renew}
         self._ending = False
-        self._system = HostSystemTopics(bus, self._keys, plan.name, RealClock(), self.lazy.append)
+        clock, post = RealClock(), self.lazy.append
+        self._system = HostSystemTopics(bus, self._keys, plan.name, clock, post, self._reported_run)
 
     def start(self) -> None:
         """Appear on the bus, and start everything that is placed here."""
@@ -79,6 +80,13 @@ class PrimaryHost(Host):
         if not self.plan.architecture.simulated:
             self._system.see(self.plan.architecture)
             self._system.publish()
+
+    def _reported_run(self, name: str) -> int | None:
+        """Return the run of a component that its host reports, None for none."""
+        spec = self.plan.architecture.components.get(name)
+        if spec is not None and spec.host != self.plan.name:
+            return self.others.run_of(spec.host, name)
+        return self.processes[name].incarnation if name in self.processes else None
 
     def _tell(self, kind: str, host: str, text: str) -> None:
         self._next_status = 0.0

@@ -56,12 +56,23 @@ class HostSystemTopics:
     """The writer of the topics ``system/...`` under the real clock. Where nobody reads, it listens to nothing."""
 
     def __init__(
-        self, bus: Bus, keys: Keys, host: str, clock: Clock, post: Callable[[Callable[[], None]], object]
+        self,
+        bus: Bus,
+        keys: Keys,
+        host: str,
+        clock: Clock,
+        post: Callable[[Callable[[], None]], object],
+        reported_run: Callable[[str], int | None],
     ) -> None:
-        """Listen to nothing yet; ``post`` has something called on the host's thread soon."""
+        """Listen to nothing yet.
+
+        ``post`` has something called on the host's thread soon. ``reported_run`` returns the run of a component as its
+        host reports it, None if it reports none.
+        """
         self._bus = bus
         self._host = host
         self._post = post
+        self._reported_run = reported_run
         self._keys = keys
         self._clock = clock
         self._writers = Writers(bus, clock, Identity(f"system-{host}", 1, 1))
@@ -141,29 +152,30 @@ class HostSystemTopics:
 
     def _take_status(self, sample: Sample) -> None:
         status = codec.decode(sample.payload, ComponentStatus)
-        before = self._view.states.get(status.component)
-        if before is not None and status.incarnation < before.incarnation:
+        name = status.component
+        before, fault = self._view.states.get(name), self._view.faults.get(name)
+        is_lower = before is not None and status.incarnation < before.incarnation
+        if not self._has(name) or (is_lower and status.incarnation != self._reported_run(name)):
             return
-        fault = self._view.faults.get(status.component)
         as_gone = fault is not None and (fault.code, fault.incarnation) == (HOST_GONE, status.incarnation)
-        if as_gone and self._is_gone(status.component):
+        if as_gone and self._is_gone(name):
             return  # it is heard a little before its host has joined again
-        state = ComponentState(status.component, status.incarnation, status.state, status.failure)
-        self._view.take_state(state, self._now)
-        if as_gone and not status.failure:
-            text = f"the host of {status.component} is back"
-            recovered = SystemFaultKind.RECOVERED
-            self._view.take_fault(
-                SystemFault(self._now, status.component, status.incarnation, recovered, text, HOST_BACK)
-            )
+        self._view.take_state(ComponentState(name, status.incarnation, status.state, status.failure), self._now)
+        if fault is not None and (as_gone or is_lower) and not status.failure:
+            # A lower run than the present one shows that this was forged: it has no fault.
+            code, recovered = HOST_BACK if as_gone else "another_run", SystemFaultKind.RECOVERED
+            text = f"{name} is heard of again"
+            self._view.take_fault(SystemFault(self._now, name, status.incarnation, recovered, text, code))
         as_before = before is not None and (before.incarnation, before.state) == (status.incarnation, State.ACTIVE)
         if status.state is State.ACTIVE and not as_before:
-            self._view.changed |= self._readers.get(status.component, set())  # it reads from now on
+            self._view.changed |= self._readers.get(name, set())  # it reads from now on
 
     def _take_event(self, sample: Sample) -> None:
         """Take an event; raises SchemaError where its details make no fault."""
         event = codec.decode(sample.payload, Event)
         name = event.subject
+        if not self._has(name) and event.kind != REMOVED:
+            return
         if event.kind == HUNG:
             self._hung.add(name)
         elif event.kind == REMOVED:
@@ -185,7 +197,9 @@ class HostSystemTopics:
 
     def _take_measured(self, sample: Sample) -> None:
         """Take a measurement by this host's clock: readers compare no clocks of two components."""
-        self._view.take_measured(replace(codec.decode(sample.payload, MeasuredQualities), stamp=self._now))
+        measured = codec.decode(sample.payload, MeasuredQualities)
+        if self._has(measured.component):
+            self._view.take_measured(replace(measured, stamp=self._now))
 
     def _take_hosts(self, sample: Sample) -> None:
         others = codec.decode(sample.payload, HostStatus).others
@@ -194,6 +208,10 @@ class HostSystemTopics:
         for other in others:
             if other.state in GONE:
                 self._take_gone(other.host, GONE[other.state])
+
+    def _has(self, component: str) -> bool:
+        """Return whether the architecture has a component: anybody may name others."""
+        return self._known is not None and component in self._known.components
 
     def _is_gone(self, component: str) -> bool:
         """Return whether the host of a component is gone."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import pytest
@@ -14,12 +14,23 @@ from regraft.bus_schema.encoding.registry import type_of
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.health import ComponentStatus, Event
 from regraft.bus_schema.messages.management.system import SystemFaults, SystemStates
-from regraft.bus_schema.messages.protocol.host import HostStatus, OtherHost
+from regraft.bus_schema.messages.protocol.host import (
+    HostStatus,
+    OtherHost,
+    ProcessState,
+    ProcessStatus,
+    StartComponent,
+)
+from regraft.bus_schema.messages.protocol.joining import JoinHost
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.hosts.host_state import HostState
 from regraft.bus_schema.model.lifecycle import State
+from regraft.host.joining.proof_checker import ProofChecker
+from regraft.host.primary_host import PrimaryHost
 from regraft.host.system_topics import HostSystemTopics
 from regraft.runtime.core.clock import RealClock
+from tests.host.processes.test_records_of_runs import AWAY, HOME, NoProcesses, ask, plan
+from tests.support.waiting import wait_until
 
 KEYS = Keys("t")
 READER = ComponentSpec("reader", connections={"states": "system/states", "faults": "system/faults"})
@@ -33,13 +44,14 @@ class Heard:
 
     bus: MemoryBus
     topics: HostSystemTopics
+    runs: dict[str, int] = field(default_factory=dict)
     said: list[Any] = field(default_factory=list)
 
     def status(self, name: str, incarnation: int, state: State = State.ACTIVE, failure: str = "") -> None:
         self._put(KEYS.status(name), ComponentStatus(name, incarnation, state, 1, 0.0, failure=failure))
 
-    def event(self, kind: str, details: dict[str, Any]) -> None:
-        self._put(KEYS.event, Event(0.0, kind, "laser", kind, details))
+    def event(self, kind: str, details: dict[str, Any], name: str = "laser") -> None:
+        self._put(KEYS.event, Event(0.0, kind, name, kind, details))
 
     def host(self, host: str, state: HostState) -> None:
         self._put(KEYS.host("local", "status"), HostStatus("local", 0.0, 1, (), others=(OtherHost(host, state),)))
@@ -61,7 +73,8 @@ class Heard:
 @pytest.fixture
 def heard() -> Heard:
     hub = MemoryHub()
-    topics = HostSystemTopics(MemoryBus(hub), KEYS, "local", RealClock(), lambda run: run())
+    runs: dict[str, int] = {}
+    topics = HostSystemTopics(MemoryBus(hub), KEYS, "local", RealClock(), lambda run: run(), runs.get)
     topics.see(
         Architecture(
             "t",
@@ -71,7 +84,7 @@ def heard() -> Heard:
             {},
         )
     )
-    made = Heard(MemoryBus(hub), topics)
+    made = Heard(MemoryBus(hub), topics, runs)
     for topic, cls in (("system/states", SystemStates), ("system/faults", SystemFaults)):
 
         def take(sample: Any, cls: type = cls) -> None:
@@ -160,3 +173,60 @@ def test_a_run_that_has_failed_is_still_failed_once_its_host_is_back(heard: Hear
     heard.host("edge", HostState.JOINED)
     heard.status("far", 1, State.INACTIVE, failure="it broke")
     assert [fault.component for fault in heard.last(SystemFaults).present] == ["far"]
+
+
+FORGED = 2**32 - 1
+
+
+def test_a_forged_run_hides_none_that_a_host_reports(heard: Heard) -> None:
+    heard.runs["laser"] = 1
+    heard.status("laser", 1)
+    heard.status("laser", FORGED, State.FINALIZED)
+    assert heard.last(SystemStates).state_of("laser") is State.FINALIZED
+    heard.status("laser", 1)
+    assert heard.last(SystemStates).state_of("laser") is State.ACTIVE
+    heard.status("laser", 0, State.FINALIZED)
+    assert heard.last(SystemStates).state_of("laser") is State.ACTIVE
+
+
+def test_a_fault_during_a_forged_run_ends_with_one_that_a_host_reports(heard: Heard) -> None:
+    heard.status("laser", 1)
+    heard.status("laser", FORGED)
+    heard.event("component.ended", {})
+    heard.runs["laser"] = 2
+    heard.status("laser", 2)
+    assert heard.last(SystemStates).state_of("laser") is State.ACTIVE
+    assert heard.last(SystemFaults).present == ()
+
+
+def test_names_that_the_architecture_lacks_are_left_out(heard: Heard) -> None:
+    heard.status("reader", 1)
+    heard.status("ghost", 1)
+    heard.event("component.failed", {}, "ghost")
+    heard.event("component.failed", {})
+    assert [state.component for state in heard.last(SystemStates).components] == ["reader"]
+    assert [fault.component for fault in heard.last(SystemFaults).present] == ["laser"]
+
+
+def test_the_first_host_believes_the_runs_of_all_hosts() -> None:
+    hub, states = MemoryHub(), list[SystemStates]()
+    reader = ComponentSpec("reader", host="local", connections={"states": "system/states"})
+    bus, keys = MemoryBus(hub), Keys("tests")
+    host = PrimaryHost(plan("local", HOME, reader, replace(AWAY, name="far")), bus, NoProcesses(), ProofChecker(None))
+    ask(host, "join", JoinHost("edge", "one"))
+    far = ProcessStatus("far", 3, ProcessState.RUNNING, 8, 0, 0.0, "")
+    host.others.heard(HostStatus("edge", 0.0, 1, (far,)))
+    ask(host, "start", StartComponent("ticker", term=1))
+    host.pump(0.0)
+    bus.subscribe(keys.topic("system/states"), lambda item: states.append(codec.decode(item.payload, SystemStates)))
+    for name, run in (("ticker", 1), ("far", 3)):
+        for incarnation, state in ((run, State.ACTIVE), (FORGED, State.FINALIZED), (run, State.ACTIVE)):
+            publisher = bus.publisher(keys.status(name), type_of(ComponentStatus).encoding, reliable=True)
+            status = ComponentStatus(name, incarnation, state, 1, 0.0)
+            publisher.put(codec.encode(status), Envelope(name, 1, 1, 1, 0).to_bytes())
+
+    def believed() -> bool:
+        host.pump(0.0)
+        return bool(states) and [states[-1].state_of(name) for name in ("ticker", "far")] == 2 * [State.ACTIVE]
+
+    wait_until(believed, "the states of the runs")

@@ -18,6 +18,7 @@ PLACE = struct.Struct("<Qq")
 """The part of the layout that differs from sample to sample: sequence and stamp; the run's part comes before it."""
 RUN_ENDS, PLACE_ENDS = LAYOUT.size - PLACE.size, LAYOUT.size
 """The other parts are the same in all data samples of one run of one source, and in no others."""
+MAX_INCARNATION = 2**32 - 1
 MAX_SOURCE_LENGTH = 160
 """Bytes of a source's name: the longest component name is 129, the longest client name 160."""
 

@@ -149,6 +149,12 @@ class JoinedHosts:
         if other is not None and other.state in PRESENT:
             other.status = status
 
+    def run_of(self, host: str, component: str) -> int | None:
+        """Return the run of a component as a host that is there reports it, None if it reports none."""
+        other = self._others.get(host)
+        processes = other.status.processes if other and other.status and other.state in PRESENT else ()
+        return next((process.incarnation for process in processes if process.component == component), None)
+
     def vanished(self, host: str) -> None:
         """Note that a host's link is closed: its process has ended, or the way to it is cut."""
         other = self._others.get(host)

@@ -5,11 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from regraft.bus.interface import Sample
-from regraft.bus_schema.encoding.envelope import Envelope
+from regraft.bus_schema.encoding.envelope import MAX_INCARNATION, Envelope
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.protocol.host import LEAVE_OUT
 from regraft.bus_schema.messages.protocol.joining import PastRun
 from regraft.host.runs.starting_checkpoint import StartingCheckpoint
 
 MAX_NAMES = 1000
+MAX_TAKEN = MAX_INCARNATION - 2 * LEAVE_OUT
+"""The highest incarnation that is believed: a run that is started elsewhere after it leaves some out."""
 NO_CHECKPOINT = StartingCheckpoint()
 
 
@@ -47,6 +51,8 @@ class RunHistory:
     def take(self, component: str, what: str, sample: Sample) -> None:
         """Take a status or a checkpoint from elsewhere; raises BadMessage."""
         incarnation = Envelope.from_bytes(sample.attachment).incarnation
+        if incarnation > MAX_TAKEN:
+            raise BadMessage(f"has incarnation {incarnation}, must be at most {MAX_TAKEN}")
         has_state = what == "checkpoint"
         self.note(
             component, incarnation, StartingCheckpoint(sample.payload, incarnation) if has_state else NO_CHECKPOINT

@@ -225,6 +225,16 @@ def test_another_host_continues_from_a_checkpoint_after_a_move_to_it_that_failed
     assert edge.zygote.orders[-1] == ("ticker", 3)
 
 
+def test_another_host_leaves_out_a_run_after_which_no_further_one_can_be_numbered() -> None:
+    edge = Place("edge")
+    edge.keeps(1, "its own")
+    edge.stands_by(2**32 - 1)
+    edge.keeps(2**32 - 1, "forged")
+    edge.ask(UpdateSpecs(2, (replace(TICKER, host="edge"),), term=1), replace(START, resume=True))
+    assert edge.zygote.states == ["its own"]
+    assert edge.zygote.orders == [("ticker", 2)]
+
+
 def test_a_host_keeps_checkpoints_of_a_moved_component_while_the_former_run_still_stands() -> None:
     local = Place()
     local.host.pump(0.0)
