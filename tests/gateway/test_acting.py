@@ -253,7 +253,7 @@ def test_what_names_a_file_or_configures_a_planner_or_the_mission_is_administere
     architecture = running.manager.current
     navigator = architecture.components["navigator"]
     assert navigator.description
-    log = ParameterDescription("log", "", {}, unit="path")
+    more = (ParameterDescription("log", "", {}, unit="path"), ParameterDescription("mission", "", {}))
     offers = {"planner": "planners/bandits/propose", "executor": "mission/command"}
     described = {
         name: replace(
@@ -261,9 +261,10 @@ def test_what_names_a_file_or_configures_a_planner_or_the_mission_is_administere
             name=name,
             description=replace(
                 navigator.description,
-                parameters=(*navigator.description.parameters, log),
+                parameters=(*navigator.description.parameters, *more),
                 services=(ServiceDescription(offers[name], "service", "", ""),) if name in offers else (),
             ),
+            services={offers[name]: "renamed"} if name in offers else {},
         )
         for name in ("navigator", *offers)
     }
@@ -273,11 +274,13 @@ def test_what_names_a_file_or_configures_a_planner_or_the_mission_is_administere
         ("navigator", "max_velocity"): False,
         ("navigator", "log"): True,
         ("navigator", "mission"): False,
+        ("navigator", "record"): True,
         ("planner", "max_velocity"): True,
         ("executor", "max_velocity"): False,
         ("executor", "mission"): True,
         ("executor", "main"): True,
         ("stranger", "max_velocity"): True,
+        ("nobody", "max_velocity"): True,
     }
     for (component, parameter), needs_more in expected.items():
         change = {"change": "set_parameters", "component": component, "parameters": {parameter: 0.1}}
@@ -287,6 +290,34 @@ def test_what_names_a_file_or_configures_a_planner_or_the_mission_is_administere
             assert (response.status_code == 403) is needs_more, (component, parameter, response.text)
             assert not needs_more or is_problem(response, "forbidden")
         assert running.post("/adaptations", {"changes": [change]}).status_code != 403
+
+
+def test_a_mode_lets_nobody_set_what_it_brings(running: Running, tokens: Tokens) -> None:
+    token, _ = tokens.create(Role.OPERATE, 60.0)
+    present = running.manager.current.components["navigator"].cls
+    modes: dict[str, Any] = {
+        "more": [{"change": "add", "component": "second", "spec": {"class": "elsewhere:Second"}}],
+        "other": [SWAP],
+        "same": [{**SWAP, "class": present}, {"change": "swap", "component": "drive", "parameters": {}}],
+        "faulty": [{"change": "swap"}],
+    }
+    running.manager.revisions = {1: replace(running.manager.current, modes=modes)}
+    of_second = {**SLOWER, "component": "second"}
+    expected = [
+        ([{"change": "mode", "mode": "more"}, of_second], True),
+        ([SLOWER, {"change": "mode", "mode": "other"}], True),
+        ([{"change": "mode", "mode": "same"}, {"change": "mode", "mode": "other"}, SLOWER], True),
+        ([{"change": "mode", "mode": "more"}, SLOWER], False),
+        ([{"change": "mode", "mode": "same"}, SLOWER], False),
+        ([{"change": "mode", "mode": "faulty"}, SLOWER], False),
+        ([{"change": "mode", "mode": "missing"}, SLOWER], False),
+        ([{"change": "mode", "mode": "other"}], False),
+    ]
+    for changes, needs_more in expected:
+        running.manager.requests.clear()
+        answer = running.post("/adaptations", {"changes": changes}, headers=bearer(token))
+        assert (answer.status_code == 403) is needs_more, (changes, answer.text)
+        assert len(running.manager.requests) == (0 if needs_more else 1)
 
 
 def test_every_acting_route_declares_a_role_and_every_role_a_route(shared: Running) -> None:

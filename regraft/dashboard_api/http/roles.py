@@ -5,10 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final
 
-from regraft.bus_schema.model.adaptation import Add, Move, Remove, SetParameters, Swap
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.model.adaptation import (
+    AdaptationRequest,
+    Add,
+    EnterMode,
+    Move,
+    Remove,
+    SetParameters,
+    Swap,
+)
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.robots.offered_services import offered_services
 from regraft.bus_schema.model.robots.planners import planner_of
+from regraft.bus_schema.suggestions import instead_of
 from regraft.dashboard_api.http.authentication import Caller
 from regraft.security.tokens import Role
 
@@ -57,7 +68,8 @@ BY_BODY: Final = frozenset({("POST", "/adaptations"), ("PATCH", "/components/{na
 """Routes where some bodies need the role administer."""
 BY_BODY_TEXT: Final = (
     "`administer` to add, remove, swap or move a component, and to set parameters of a planner, "
-    "parameters that name a file, the executor's `mission` and `main`, and a `BtNavigator`'s `behavior_tree`"
+    "parameters that name a file, parameters that the component lacks until other changes are done, "
+    "the executor's `mission` and `main`, and a `BtNavigator`'s `behavior_tree`"
 )
 
 STRUCTURE = (Add, Remove, Swap, Move)
@@ -75,32 +87,65 @@ def require_for(changes: Iterable[Any], caller: Caller, architecture: Callable[[
     if caller.role is ADMINISTER:
         return
     parameters: list[SetParameters] = []
+    modes: list[str] = []
     for change in changes:
         if isinstance(change, STRUCTURE):
             caller.require(ADMINISTER, f"the change {change.change!r} of {change.component!r}")
         elif isinstance(change, SetParameters):
             parameters.append(change)
+        elif isinstance(change, EnterMode):
+            modes.append(change.mode)
     if parameters:
-        components = architecture().components
+        now = architecture()
+        others = {name for mode in modes for name in _brought_by(mode, now)}
+        known = {name: spec for name, spec in now.components.items() if name not in others}
         for change in parameters:
-            _require_for_parameters(change, caller, components.get(change.component))
+            _require_for_parameters(change, caller, known.get(change.component))
+
+
+def _brought_by(mode: str, now: Architecture) -> set[str]:
+    """Return the components that a mode adds, or gives another class; none if it is one that the manager refuses."""
+    try:
+        changes = codec.from_plain({"changes": now.modes.get(mode, [])}, AdaptationRequest).changes
+    except BadMessage:
+        return set()
+    present = {name: ("", spec.cls) for name, spec in now.components.items()}
+    return {
+        change.component
+        for change in changes
+        if isinstance(change, Add)
+        or (isinstance(change, Swap) and change.cls not in present.get(change.component, ("",)))
+    }
 
 
 def _require_for_parameters(change: SetParameters, caller: Caller, spec: ComponentSpec | None) -> None:
-    """Raise Problem (403) if the caller may not set these; those of no component are refused by the manager."""
-    for name in sorted(change.parameters) if spec else ():
-        if spec and configures(spec, name):
-            caller.require(ADMINISTER, f"parameter {name!r} of {change.component!r}")
+    """Raise Problem (403) if the caller may not set these; ``spec`` is None if it is not known whose they are then."""
+    for name in sorted(change.parameters):
+        if spec is None:
+            caller.require(ADMINISTER, f"parameter {name!r} of {change.component!r}, whose class is not known yet,")
+        elif configures(spec, name):
+            caller.require(ADMINISTER, f"parameter {name!r} of {change.component!r}{_hint(spec, name)}")
+
+
+def _hint(spec: ComponentSpec, parameter: str) -> str:
+    """Return what may have been meant by a parameter that a class lacks; empty if it has it."""
+    names = [known.name for known in spec.description.parameters] if spec.description else [parameter]
+    return "" if parameter in names else f", which has none of that name now ({instead_of(parameter, names)}),"
 
 
 def configures(spec: ComponentSpec, parameter: str) -> bool:
-    """Return whether a parameter is a planner's, names a file, or chooses a tree; true if that is not known."""
-    if spec.description is None:
+    """Return whether a parameter is a planner's, names a file, or chooses a tree; true if that is not known.
+
+    The class may be another once it is set, by an adaptation that waits. Then a parameter that the present class lacks
+    may be any, and one that it has would be kept.
+    """
+    described = spec.description.parameter(parameter) if spec.description else None
+    if described is None:
         return True
     services = offered_services(spec)
-    if any(planner_of(service) is not None for service in services.values()):
-        return True
     offered = {*services, *services.values()}
+    if any(planner_of(service) is not None for service in offered):
+        return True
     if any(parameter in TREE_PARAMETERS[service] for service in offered & TREE_PARAMETERS.keys()):
         return True
-    return any(known.name == parameter and known.unit == "path" for known in spec.description.parameters)
+    return described.unit == "path"
