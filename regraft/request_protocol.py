@@ -110,20 +110,25 @@ class RequestProtocol(ABC):
             return None
         pending.heard_at, pending.unanswered = now, 0
         try:
-            self._take(pending, reply)
+            value = _read(pending, reply)
         except BadMessage as error:
-            self.end(pending, CallFailed(pending.service, Answer.FAILED, f"sent a reply that does not fit: {error}"))
+            why = f"sent a reply that does not fit: {error}"
+            if reply.answer is Answer.FEEDBACK:
+                self._end_and_cancel(pending, Answer.FAILED, why)
+            else:
+                self.end(pending, CallFailed(pending.service, Answer.FAILED, why))
             return str(error)
+        self._take(pending, reply, value)
         return None
 
-    def _take(self, pending: PendingRequest, reply: Reply) -> None:
+    def _take(self, pending: PendingRequest, reply: Reply, value: Any) -> None:
         if reply.answer is Answer.RESULT:
-            self.end(pending, None, pending.read(reply.body))
+            self.end(pending, None, value)
         elif reply.answer is Answer.FEEDBACK:
             if pending.read_feedback is not None:
-                pending.feedback = pending.read_feedback(reply.body)
+                pending.feedback = value
                 if pending.on_feedback is not None:
-                    pending.on_feedback(pending.feedback)
+                    pending.on_feedback(value)
         elif reply.answer is not Answer.ACCEPTED:
             self.end(pending, CallFailed.by(pending.service, reply))
         elif pending.request.verb is Verb.GOAL:
@@ -187,6 +192,15 @@ class RequestProtocol(ABC):
             self._closed = True
         for pending in self.under_way():
             self.end(pending, CallFailed(pending.service, None, "the client was closed"))
+
+
+def _read(pending: PendingRequest, reply: Reply) -> Any:
+    """Return what a reply holds, None if nobody reads that; raises BadMessage."""
+    if reply.answer is Answer.RESULT:
+        return pending.read(reply.body)
+    if reply.answer is Answer.FEEDBACK and pending.read_feedback is not None:
+        return pending.read_feedback(reply.body)
+    return None
 
 
 def reader(cls: type[A]) -> Callable[[PlainValue], A]:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from regraft import CallFailed
 from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.errors import BadKey
+from regraft.bus_schema.errors import BadKey, BadMessage
 from regraft.bus_schema.messages.protocol.refusal_codes import RefusalCode
 from regraft.bus_schema.messages.protocol.requests import Answer, Reply, Request, Verb
 from regraft.request_protocol import ASK_INTERVAL, MAX_UNANSWERED, PendingRequest, RequestProtocol, reader
@@ -239,15 +239,32 @@ def test_nonsense_is_said_to_be_nonsense_and_changes_nothing(payload: bytes) -> 
     assert call.heard_at == 0
 
 
-@pytest.mark.parametrize("answer", [Answer.RESULT, Answer.FEEDBACK])
-def test_a_reply_that_does_not_fit_ends_its_request(answer: Answer) -> None:
+@pytest.mark.parametrize(
+    ("answer", "sent"), [(Answer.RESULT, [Verb.GOAL]), (Answer.FEEDBACK, [Verb.GOAL, Verb.CANCEL])]
+)
+def test_a_reply_that_does_not_fit_ends_its_request_everywhere(answer: Answer, sent: list[Verb]) -> None:
     requests = Asking()
     goal = requests.goal([])
+    requests.reply(goal, Answer.ACCEPTED)
     problem = requests.reply(goal, answer, {"value": "three"})
     assert problem is not None
     assert isinstance(goal.outcome.error, CallFailed)
     assert goal.outcome.error.answer is Answer.FAILED
     assert problem in goal.outcome.error.why
+    assert [request.verb for request in requests.sent] == sent
+
+
+def test_a_goal_continues_whose_client_makes_a_mistake_with_feedback_that_fits() -> None:
+    def mistaken(_: Number) -> None:
+        raise BadMessage("of the client's own")
+
+    requests = Asking()
+    goal = requests.begin(Verb.GOAL, "walk", None, PATIENCE, 0, reader(Number), reader(Number), mistaken)
+    with pytest.raises(BadMessage, match="own"):
+        requests.reply(goal, Answer.FEEDBACK, number(1))
+    assert requests.under_way() == [goal]
+    requests.reply(goal, Answer.RESULT, number(2))
+    assert goal.outcome.value == Number(2)
 
 
 def test_feedback_that_nobody_reads_is_ignored_whatever_it_is() -> None:

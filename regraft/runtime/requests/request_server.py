@@ -242,7 +242,10 @@ class Server:
         return [goal for goal in self.goals.values() if not goal.why_ended]
 
     def feedback(self, request: Request, message: object) -> None:
-        """Send feedback to a goal's client."""
+        """Send feedback to a goal's client; raises TypeError if it is not of the declared type."""
+        if type(message) is not self.offered.feedback:
+            declared = self.offered.feedback.__name__ if self.offered.feedback else "nothing"
+            raise TypeError(f"gives {type(message).__name__} as feedback, and declares {declared}")
         self._reply(request, Answer.FEEDBACK, codec.to_plain(message))
 
     def end_goals(self, why: str) -> None:

@@ -137,3 +137,33 @@ def test_a_goal_that_raises_with_any_text_ends(error: Exception, told: str) -> N
         assert goal.error.answer is Answer.FAILED
         assert re.search(told, goal.error.why)
         assert len(rig.take_faults()) == 1
+
+
+class Muddler(Component):
+    """Gives feedback of another type than it declares."""
+
+    @action("muddle", feedback=Number)
+    async def muddle(self, number: Number) -> Number:
+        await self.kit.sleep(0.5)
+        self.kit.feedback(Other("half-way"))
+        return number
+
+    @action("whisper")
+    async def whisper(self, number: Number) -> Number:
+        await self.kit.sleep(0.5)
+        self.kit.feedback(number)
+        return number
+
+
+@pytest.mark.parametrize(("which", "told"), [("muddle", "Other .*Number"), ("whisper", "Number .*nothing")])
+def test_feedback_of_an_undeclared_type_is_a_fault_of_its_action(which: str, told: str) -> None:
+    with Rig() as rig:
+        rig.add(Muddler)
+        goal = rig.goal(which, Number(1), Number, Number)
+        rig.advance(1.0)
+        assert goal.error is not None
+        assert goal.error.answer is Answer.FAILED
+        assert goal.feedback is None
+        (fault,) = rig.take_faults()
+        assert re.search(f"TypeError: gives {told}", fault)
+        assert "TypeError" in goal.error.why
