@@ -27,7 +27,7 @@ def test_an_applied_adaptation_answers_with_its_report(running: Running) -> None
     assert (report["outcome"], report["revision_after"]) == ("applied", 2)
     assert response.headers["location"] == "/api/v1/adaptations/1"
     assert running.http.get("/adaptations/1").json() == report
-    assert running.http.get("/architecture").headers["etag"] == '"2"'
+    assert running.http.get("/architecture").headers["etag"].startswith('"2-')
 
 
 def test_a_port_is_disconnected_by_a_topic_that_is_null(running: Running) -> None:
@@ -109,7 +109,7 @@ def test_a_dry_run_shows_plan_and_result_and_touches_nothing(shared: Running) ->
     report = response.json()
     assert [step["state"] for step in report["steps"]] == ["planned"]
     assert report["architecture"]["components"]["navigator"]["parameters"] == {"max_velocity": 0.18}
-    assert shared.http.get("/architecture").headers["etag"] == '"1"'
+    assert shared.http.get("/architecture").headers["etag"].startswith('"1-')
 
 
 def test_a_stale_revision_fails_the_precondition(running: Running) -> None:

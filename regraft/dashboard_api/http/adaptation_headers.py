@@ -20,8 +20,9 @@ ActorHeader = Annotated[
     str, Header(description="A name for the journal, which has it behind what is proven of the caller")
 ]
 DryRun = Annotated[bool, Query(description="Return plan and resulting architecture, touch nothing")]
-ENTITY_TAGS = r'^(\*|"[0-9]{1,18}")$'
-ENTITY_TAG = re.compile(r'"(\d{1,18})"')
+ENTITY_TAGS = r'^(\*|"[0-9]{1,18}(-[0-9a-z-]{1,64})?")$'
+ENTITY_TAG = re.compile(r'"([0-9]{1,18})(-[0-9a-z-]{1,64})?"')
+"""The ETag of an architecture: its revision decides, whatever is behind that."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +71,7 @@ def adaptation_headers(
     if_match: Annotated[
         str,
         Header(
-            description="The ETag of the architecture that the caller saw, or *",
+            description="The ETag of the architecture that the caller saw, of which the revision counts, or *",
             examples=['"12"'],
             json_schema_extra={"pattern": ENTITY_TAGS},
         ),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Header, Path, Query, Response
@@ -45,17 +46,21 @@ def _never_null(schema: dict[str, Any]) -> None:
 RevisionOrNone = Annotated[int | None, Query(ge=0, lt=TOO_LARGE, examples=[12], json_schema_extra=_never_null)]
 """A revision that may be left out: null cannot be sent in a query."""
 OfRobot = Annotated[str, Query(description="Only what belongs to this robot among several", max_length=64)]
-NOT_MODIFIED: dict[int | str, dict[str, Any]] = {304: {"description": "The caller has this revision already"}}
+NOT_MODIFIED: dict[int | str, dict[str, Any]] = {304: {"description": "The caller has this architecture already"}}
 
 
-def etag(revision: int) -> str:
-    """Return the entity tag of a revision of the architecture."""
-    return f'"{revision}"'
+def etag(architecture: Architecture, run: str) -> str:
+    """Return the entity tag of an architecture: its revision, the gateway's ``run``, and what is not confirmed yet.
+
+    Another run of the system has other architectures under the same revisions.
+    """
+    return f'"{"-".join(filter(None, (str(architecture.revision), run, architecture.unconfirmed)))}"'
 
 
 def routes(overview: Overview, manager: Manager) -> APIRouter:
     """Return the routes."""
     router = APIRouter(tags=["status"], route_class=JsonRoute)
+    run = secrets.token_hex(4)
 
     @router.get("/system", response_description="The system")
     def show_system() -> Shown[SystemOverview]:
@@ -125,9 +130,9 @@ def routes(overview: Overview, manager: Manager) -> APIRouter:
     def show_architecture(
         response: Response, revision: RevisionOrNone = None, if_none_match: Annotated[str, Header()] = ""
     ) -> Response | Architecture:
-        """The architecture, now or at a revision. Its revision is the ETag; send it back as ``If-Match``."""
+        """The architecture, now or at a revision. The ETag begins with its revision; send it back as ``If-Match``."""
         architecture = manager.architecture(revision)
-        tag = etag(architecture.revision)
+        tag = etag(architecture, run)
         if tag in (each.strip().removeprefix("W/") for each in if_none_match.split(",")):
             return Response(status_code=304, headers={"ETag": tag})
         response.headers["ETag"] = tag

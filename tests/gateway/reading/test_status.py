@@ -1,11 +1,13 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from regraft.bus_schema.model.lifecycle import State
-from tests.gateway.conftest import Running
+from regraft.dashboard_api.gateway import Gateway
+from tests.gateway.conftest import GATEWAY, Running, client
 from tests.support.waiting import wait_for, wait_until
 
 
@@ -98,12 +100,36 @@ def test_hosts_are_shown_with_what_they_offer_and_what_their_components_need(sha
     assert shared.http.get("/hosts?measured=perhaps").status_code == 422
 
 
-def test_the_revision_is_the_etag_of_the_architecture(shared: Running) -> None:
+def test_the_etag_of_the_architecture_begins_with_its_revision(shared: Running) -> None:
     response = shared.http.get("/architecture")
-    assert response.headers["etag"] == '"1"'
+    tag = response.headers["etag"]
+    assert tag.startswith('"1-')
     assert response.json()["revision"] == 1
-    assert shared.http.get("/architecture", headers={"If-None-Match": '"1"'}).status_code == 304
+    assert shared.http.get("/architecture", headers={"If-None-Match": tag}).status_code == 304
+    assert shared.http.get("/architecture", headers={"If-None-Match": f'"0", W/{tag}'}).status_code == 304
     assert shared.http.get("/architecture", headers={"If-None-Match": '"0"'}).status_code == 200
+
+
+def test_an_architecture_that_becomes_final_has_another_etag(running: Running) -> None:
+    final = running.manager.current
+    running.manager.revisions = {1: replace(final, unconfirmed="7")}
+    tag = running.http.get("/architecture").headers["etag"]
+    assert running.http.get("/architecture", headers={"If-None-Match": tag}).status_code == 304
+    running.manager.revisions = {1: final}
+    answer = running.http.get("/architecture", headers={"If-None-Match": tag})
+    assert (answer.status_code, answer.json()["unconfirmed"]) == (200, "")
+    change = {"change": "set_parameters", "component": "navigator", "parameters": {"max_velocity": 0.1}}
+    assert running.post("/adaptations", {"changes": [change]}, headers={"If-Match": tag}).status_code == 200
+    assert running.post("/adaptations", {"changes": [change]}, headers={"If-Match": tag}).status_code == 412
+
+
+def test_the_same_revision_has_another_etag_in_another_run_of_a_gateway(running: Running) -> None:
+    tag = running.http.get("/architecture").headers["etag"]
+    running.site.start(Gateway, "following", parameters=GATEWAY)
+    status = running.site.runtimes["following"].reporter.status
+    with client(wait_for(lambda: status.values.get("url"), "its URL")) as http:
+        answer = http.get("/architecture", headers={"If-None-Match": tag})
+    assert (answer.status_code, answer.json()["revision"]) == (200, 1)
 
 
 def test_former_revisions_can_be_read_and_compared(running: Running) -> None:
