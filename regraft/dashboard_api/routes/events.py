@@ -53,7 +53,10 @@ async def stream(buffer: EventBuffer, woken: asyncio.Event, last_event_id: str) 
     """Yield what is behind an event, then what comes."""
     resumed = buffer.resume(last_event_id)
     position = resumed or 0
-    yield ServerSentEvent(retry=RECONNECT_TIMEOUT, comment=f"from {buffer.identifier(position)}")
+    # An id without data is no event: by it, a page whose connection breaks before the first event continues from here.
+    # After a foreign one the page keeps that, until it has the gap and an event.
+    here = buffer.identifier(position)
+    yield ServerSentEvent(retry=RECONNECT_TIMEOUT, id=None if resumed is None else here, comment=f"from {here}")
     if resumed is None:
         yield _gap(None)
     while not buffer.closed:

@@ -103,6 +103,26 @@ def test_a_reader_goes_on_where_its_connection_broke(running: Running) -> None:
     assert texts == ["1", "2", "3", "4", "5"]
 
 
+@pytest.mark.parametrize("path", ["events", "mission/events"])
+def test_a_reader_goes_on_whose_connection_broke_before_its_first_event(running: Running, path: str) -> None:
+    def opened(last: str = "") -> tuple[Any, Iterator[Told]]:
+        http = stack.enter_context(running.connect())
+        response = stack.enter_context(http.stream("GET", f"/{path}", headers={"Last-Event-ID": last} if last else {}))
+        events = parse(response.iter_lines())
+        return next(events).data, events
+
+    with ExitStack() as stack:
+        opening, _ = opened()
+        # Another reader stays: the mission is listened to meanwhile.
+        _, others = opened()
+        tell(running, "mission.count", "missed")
+        assert next(others).data["text"] == "missed"
+        _, events = opened(opening["id"])
+        assert next(events).data["text"] == "missed"
+        foreign, _ = opened("0badcafe-7")
+        assert "id" not in foreign
+
+
 def test_a_reader_that_was_away_too_long_is_told_how_much_it_missed(running: Running) -> None:
     with reading(running) as events:
         tell(running, "count", "first")
