@@ -103,6 +103,7 @@ class Manager:
         self._ending = threading.BoundedSemaphore(MAX_ENDING)
         self._reading = threading.Lock()
         self._last_read: Architecture | None = None
+        self._is_silent = False
         self._read_again_at = 0.0
 
     def adapt(self, request: AdaptationRequest) -> AdaptationReport:
@@ -161,7 +162,7 @@ class Manager:
         request = ArchitectureRequest(revision)
         read = self._services.ask("adaptation_manager/architecture", request, Architecture, within)
         if revision is None:
-            self._last_read, self._read_again_at = read, time.monotonic() + FRESH_FOR
+            self._last_read, self._read_again_at, self._is_silent = read, time.monotonic() + FRESH_FOR, False
         return read
 
     def modes(self, *, reachable: bool) -> SystemModes:
@@ -178,8 +179,13 @@ class Manager:
                 try:
                     self.architecture(within=OVERVIEW_TIMEOUT)
                 except Problem:
-                    self._read_again_at = time.monotonic() + BACK_OFF
+                    self._read_again_at, self._is_silent = time.monotonic() + BACK_OFF, True
             return self._last_read
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether ``last_architecture`` has not been read again, though it was due."""
+        return self._is_silent
 
 
 @contextmanager

@@ -47,18 +47,23 @@ class Overview:
 
     def system(self) -> SystemOverview:
         """Return the system in one answer."""
-        architecture = self._manager.last_architecture()
+        architecture, present = self._architectures()
         seen = self._client.components(LISTEN_FOR)
         states = Counter(c.state.value if c.state and c.alive else "gone" for c in seen.values())
         return SystemOverview(
             self._client.system,
-            architecture.revision if architecture else None,
-            architecture.simulated if architecture else None,
+            present.revision if present else None,
+            present.simulated if present else None,
             self._client.clock(),
             dict(sorted(states.items())),
             tuple(self._client.hosts(LISTEN_FOR)),
-            tuple(_problems(seen, architecture)),
+            tuple(_problems(seen, architecture, present)),
         )
+
+    def _architectures(self) -> tuple[Architecture | None, Architecture | None]:
+        """Return the last architecture that was read, and the same if the manager has not fallen silent since."""
+        last = self._manager.last_architecture()
+        return last, None if self._manager.is_silent else last
 
     def _view(self, robot: str) -> RobotView:
         return view_of(robot, self._manager.last_architecture() or self._manager.architecture()) if robot else ALL
@@ -66,12 +71,12 @@ class Overview:
     def components(self, robot: str = "") -> ComponentList:
         """Return the components, all or a robot's: those that should be, and those that are; raises Problem."""
         view = self._view(robot)
-        architecture = self._manager.last_architecture()
+        architecture, present = self._architectures()
         specs = architecture.components if architecture else {}
         seen = self._client.components(LISTEN_FOR)
         names = sorted(filter(view.has_component, seen.keys() | specs.keys()))
         lines = tuple(_line(seen.get(name, ComponentSeen(name)), specs.get(name)) for name in names)
-        return ComponentList(architecture.revision if architecture else None, lines)
+        return ComponentList(present.revision if present else None, lines)
 
     def component(self, name: str) -> ComponentDetails:
         """Return all that is known of a component; raises Problem for an unknown one."""
@@ -138,11 +143,11 @@ class Overview:
 
     def hosts(self, *, measured: bool = False) -> HostList:
         """Return all hosts, with what their components take if that is to be ``measured``."""
-        architecture = self._manager.last_architecture()
+        _, present = self._architectures()
         lines = []
         for host in self._client.hosts(LISTEN_FOR).values():
             usage = self._usage(host.name) if measured and host.alive else None
-            can = capability(architecture, host.name, usage, host.offer) if architecture else None
+            can = capability(present, host.name, usage, host.offer) if present else None
             lines.append(HostLine(host.name, host.alive, host.age, host.status, host.state, host.processes, can))
         return HostList(tuple(lines))
 
@@ -196,9 +201,11 @@ def view_of(robot: str, architecture: Architecture) -> RobotView:
         raise not_found(str(error)) from None
 
 
-def _problems(seen: dict[str, ComponentSeen], architecture: Architecture | None) -> list[str]:
+def _problems(
+    seen: dict[str, ComponentSeen], architecture: Architecture | None, present: Architecture | None
+) -> list[str]:
     problems = []
-    if architecture is None:
+    if present is None:
         problems.append("the adaptation manager does not answer")
     for name, component in seen.items():
         if component.process and component.process.state is ProcessState.QUARANTINED:

@@ -46,6 +46,10 @@ class Stub:
         return self.architecture
 
     @property
+    def is_silent(self) -> bool:
+        return self.architecture is None
+
+    @property
     def overview(self) -> Overview:
         return Overview(cast("Client", self), cast("Manager", self))
 

@@ -160,6 +160,23 @@ def test_overviews_stand_while_the_manager_is_silent(running: Running) -> None:
     assert int(response.headers["retry-after"]) >= 1
 
 
+def test_overviews_tell_that_the_manager_has_fallen_silent_and_that_it_answers_again(running: Running) -> None:
+    silence = "the adaptation manager does not answer"
+    assert running.http.get("/components").json()["revision"] == 1
+    running.manager.silent = True
+    wait_until(lambda: silence in running.http.get("/system").json()["problems"], "the silence to be told")
+    system = running.http.get("/system").json()
+    assert (system["revision"], system["simulated"]) == (None, None)
+    listed = running.http.get("/components").json()
+    assert listed["revision"] is None
+    assert next(line["desired"] for line in listed["components"] if line["name"] == "navigator") == "active"
+    (host,) = running.http.get("/hosts").json()["hosts"]
+    assert host["capability"] is None
+    running.manager.silent = False
+    wait_until(lambda: running.http.get("/system").json()["revision"] == 1, "the manager to be asked again")
+    assert silence not in running.http.get("/system").json()["problems"]
+
+
 @pytest.mark.parametrize(
     ("method", "path", "body"),
     [
