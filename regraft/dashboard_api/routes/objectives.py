@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, Final
-from urllib.parse import quote
+from urllib.parse import quote, urlencode
 
 from fastapi import APIRouter, Body, Depends, Header, Path, Query, Request, Response
 from pydantic import conlist
@@ -158,7 +158,9 @@ def routes(metacontrollers: Metacontrollers, prefix: str) -> APIRouter:
             raise problem if "objectives" in body else _of_single(problem) from None
         if len(wanted) == 1:
             name = wanted[0].name or wanted[0].skill
-            response.headers["Location"] = f"{prefix}/objectives/{quote(name, safe='')}"
+            meant = {"planner": by.planner, "robot": by.robot}
+            query = urlencode({key: value for key, value in meant.items() if value})
+            response.headers["Location"] = f"{prefix}/objectives/{quote(name, safe='')}{'?' if query else ''}{query}"
         return found
 
     @router.delete(

@@ -9,6 +9,7 @@ from typing import Any
 import httpx
 import pytest
 
+from regraft.bus_schema.model.architecture import TopicSpec
 from regraft.bus_schema.model.robots.planners import planner_service
 from regraft.dashboard_api.routes.objectives import OBJECTIVE_EXAMPLES
 from tests.gateway.conftest import client, start_gateway
@@ -221,6 +222,19 @@ def test_several_metacontrollers_are_listed_and_one_is_meant_by_name(served: Ser
     unknown = served.http.get("/objectives", params={"planner": "secnd"})
     assert (unknown.status_code, "did you mean 'second'?" in unknown.text) == (404, True)
     assert served.http.get("/objectives", params={"robot": "left"}).status_code == 404
+
+
+@pytest.mark.parametrize("query", ["?planner=left.metacontrol", "?robot=left", "?planner=left.metacontrol&robot=left"])
+def test_the_location_of_an_objective_names_the_metacontroller_that_was_meant(served: Served, query: str) -> None:
+    of_left = TopicSpec("left/velocity", "regraft/Twist")
+    served.manager.architecture = served.manager.architecture.with_topics([of_left])
+    served.add_metacontroller("left.metacontrol", "left")
+    created = served.http.post(f"/objectives{query}", json={"skill": "to_navigate", "name": "patrol 1"})
+    location = created.headers["Location"]
+    assert location == f"/api/v1/objectives/patrol%201{query}"
+    shown = served.http.get(location.removeprefix("/api/v1"))
+    assert (shown.status_code, shown.json()["objectives"][0]["objective"]) == (200, "patrol 1")
+    assert served.http.delete(location.removeprefix("/api/v1")).status_code == 200
 
 
 def test_the_metacontroller_of_a_robot_has_a_scope(served: Served) -> None:
