@@ -113,7 +113,8 @@ class Transfer:
             self._lifecycle.perform(Transition.ACTIVATE)
             self._take_timers(handed)
             for server in self._parts.servers:
-                server.begin_again()
+                key = self._parts.keys.request(server.name)
+                server.begin_again({p.source for p in handed.streams if p.key == key})
         else:
             self._parts.reporter.beat()
         self._take_streams(handed)
@@ -163,7 +164,10 @@ class Transfer:
 
     def _take_streams(self, handed: HandedOver) -> None:
         """Continue with the streams of the inputs: behind activating them, for that restarts them."""
+        requests = {self._parts.keys.request(server.name) for server in self._parts.servers}
         for p in handed.streams:
+            if self._parts.stepped and not p.wired and p.key in requests:
+                self._parts.inbound.from_outside.add(p.source)
             if self._parts.inbound.consumer_of(p.key) is not None:
                 stream = Stream(p.epoch, p.incarnation, p.handled, p.wired, since=p.since)
                 self._parts.inbound.go_on(p.key, p.source, stream)

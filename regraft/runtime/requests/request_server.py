@@ -365,12 +365,16 @@ class Server:
             answered = OrderedDict.fromkeys(client.answered)
             self._clients[client.client] = _Client(under_way, replies, answered, client.forgotten)
 
-    def begin_again(self) -> None:
-        """Do what the run before had begun and not ended: goals, and what it could not finish in time."""
-        for client in list(self._clients.values()):
+    def begin_again(self, sources: Container[str]) -> None:
+        """Do what the run before had begun and not ended: goals, and what it could not finish in time.
+
+        ``sources`` are those of its requests. A client has the name of its source, or that and an epoch.
+        """
+        for name, client in list(self._clients.items()):
+            source = next((each for each in (name, name.rpartition("-")[0]) if each in sources), name)
             for request in list(client.open.values()):
                 try:
-                    self._do(request, codec.from_plain(request.body, self.offered.request), request.client)
+                    self._do(request, codec.from_plain(request.body, self.offered.request), source)
                 except BadMessage as error:
                     self._finish(request, None, error)
 

@@ -11,17 +11,18 @@ import pytest
 
 from regraft.adaptation_manager.execution import transaction
 from regraft.adaptation_manager.targets.host_client import Hosts
-from regraft.bus.memory_bus import MemoryHub
+from regraft.bus.memory_bus import MemoryBus, MemoryHub
 from regraft.bus_schema.messages.protocol.host import StartSuccessor
 from regraft.bus_schema.model.adaptation import Outcome, Swap
 from regraft.bus_schema.model.architecture import Architecture, TopicSpec
+from regraft.client import Client
 from regraft.lockstep import step_dispatch
 from tests.adaptation.failures.test_recovery import dying
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Fragile, Ticker
 from tests.adaptation.swaps.gathering import HERE, Gatherer, Swapper, Witness
 from tests.adaptation.system import SYSTEM, System, spec_of
-from tests.handover.parts import Source
+from tests.handover.parts import Ask, Item, Source
 from tests.support.waiting import wait_until
 
 OUTCOMES = [Outcome.APPLIED] * 2 + [Outcome.ROLLED_BACK] * 4 + [Outcome.APPLIED] * 2
@@ -122,6 +123,28 @@ def test_the_source_of_time_and_who_lives_by_another_clock_are_not_swapped_and_w
         problems = {violation.component: violation.problem for violation in report.violations}
         assert "is the source of simulated time" in problems["ticker"]
         assert "lives by the wall clock, and the component in simulated time" in problems["fragile"]
+    finally:
+        system.end()
+
+
+def test_a_goal_of_a_client_outside_of_the_clock_ends_with_it_after_a_swap(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def rest(witness: Witness) -> None:
+        await witness.kit.sleep(86_400.0)
+
+    monkeypatch.setattr(Swapper, "script", ())
+    monkeypatch.setattr(Witness, "walk", rest)
+    system = _system(tmp_path, 0.0)
+    try:
+        wait_until(lambda: (told := system.client.clock()) is not None and "gatherer" in told.members)
+        passer = Client(MemoryBus(system.hub), SYSTEM, "passer")
+        passer.goal("walk", Ask(10_000_000), Item, Item)
+        assert system.adapt(Swap("gatherer", f"{HERE}:Thinker")).outcome is Outcome.APPLIED
+        walking = next(each for each in system.running["gatherer"].runtime.servers if each.name == "walk")
+        assert [goal.client for goal in walking.goals.values()] == ["passer"]
+        passer.close()
+        wait_until(lambda: not walking.goals, "the walk to end")
     finally:
         system.end()
 
