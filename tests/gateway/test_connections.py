@@ -131,6 +131,32 @@ def test_an_answer_that_nobody_reads_is_given_up(server: HttpServer, monkeypatch
         wait_until(lambda: len(server.connections) == 0, "the connection to be given up")
 
 
+def test_a_client_that_reads_slowly_but_steadily_gets_the_whole_answer(
+    server: HttpServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(client_connection, "READING_TIMEOUT", 0.5)
+    judged = threading.Semaphore(0)
+    original = client_connection.KnownConnection._judge_reading
+
+    def judge(connection: client_connection.KnownConnection, left: int) -> None:
+        original(connection, left)
+        judged.release()
+
+    monkeypatch.setattr(client_connection.KnownConnection, "_judge_reading", judge)
+    with socket.socket() as slow:
+        slow.settimeout(PATIENCE)
+        slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 65536)
+        slow.connect(("127.0.0.1", server.port))
+        slow.sendall(b"GET /long HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
+        taken = 0
+        for end in (200_000, 400_000, 600_000):
+            while taken < end:
+                taken += len(slow.recv(65536))
+            assert judged.acquire(timeout=PATIENCE)
+        taken += sum(len(part) for part in iter(lambda: slow.recv(65536), b""))
+    assert taken > 10_000_000
+
+
 @pytest.mark.parametrize("begun", [b"", HALF])
 def test_unfinished_requests_make_room_for_others(
     server: HttpServer, monkeypatch: pytest.MonkeyPatch, begun: bytes

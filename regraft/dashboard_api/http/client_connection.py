@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import fcntl
+import struct
+import termios
 from typing import Any, Final
 
 from starlette.types import ASGIApp, Receive, Scope, Send
@@ -53,7 +56,7 @@ class KnownConnection(H11Protocol):
         """Wait for the client to read."""
         super().pause_writing()
         if self._reading_due is None:
-            self._reading_due = self.loop.call_later(stretched(READING_TIMEOUT), self._end)
+            self._await_reading()
 
     def resume_writing(self) -> None:
         """Send on."""
@@ -92,6 +95,28 @@ class KnownConnection(H11Protocol):
     def _end(self) -> None:
         self._has_ended = True
         self.transport.abort()
+
+    def _await_reading(self) -> None:
+        self._reading_due = self.loop.call_later(stretched(READING_TIMEOUT), self._judge_reading, self._left())
+
+    def _judge_reading(self, left: int) -> None:
+        """End the connection, unless less is left to be taken than was.
+
+        The server writes an answer as a whole, and is told nothing until nearly all of it is taken.
+        """
+        if self._left() < left:
+            self._await_reading()
+        else:
+            self._end()
+
+    def _left(self) -> int:
+        """Return the bytes that the client has not taken: the server's, and those that the kernel has of it.
+
+        The kernel takes more from the server only once a third of its own, which may be 4 MB, has gone.
+        """
+        connection = self.transport.get_extra_info("socket")
+        (unsent,) = struct.unpack("i", fcntl.ioctl(connection.fileno(), termios.TIOCOUTQ, bytes(4)))
+        return self.transport.get_write_buffer_size() + int(unsent)
 
     def _watch(self) -> None:
         if not self._awaits_request:
