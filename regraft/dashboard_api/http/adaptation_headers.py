@@ -22,7 +22,7 @@ ActorHeader = Annotated[
 DryRun = Annotated[bool, Query(description="Return plan and resulting architecture, touch nothing")]
 ENTITY_TAGS = r'^(\*|"[0-9]{1,18}(-[0-9a-z-]{1,64})?")$'
 ENTITY_TAG = re.compile(r'"([0-9]{1,18})(-[0-9a-z-]{1,64})?"')
-"""The ETag of an architecture: its revision decides, whatever is behind that."""
+"""The ETag of an architecture: its revision alone decides."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -102,7 +102,7 @@ class KnownConnection(H11Protocol):
     def _judge_reading(self, left: int) -> None:
         """End the connection, unless less is left to be taken than was.
 
-        The server writes an answer as a whole, and is told nothing until nearly all of it is taken.
+        The server writes an answer as a whole, and hears nothing until nearly all of it is taken.
         """
         if self._left() < left:
             self._await_reading()
@@ -112,7 +112,7 @@ class KnownConnection(H11Protocol):
     def _left(self) -> int:
         """Return the bytes that the client has not taken: the server's, and those that the kernel has of it.
 
-        The kernel takes more from the server only once a third of its own, which may be 4 MB, has gone.
+        The kernel may keep 4 MB, and takes more from the server only once a third of it has gone.
         """
         connection = self.transport.get_extra_info("socket")
         (unsent,) = struct.unpack("i", fcntl.ioctl(connection.fileno(), termios.TIOCOUTQ, bytes(4)))
