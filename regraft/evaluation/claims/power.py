@@ -7,11 +7,14 @@ from statistics import NormalDist, StatisticsError
 from typing import Final
 
 from regraft.evaluation.claims.model import Claim, Claims, SeedSet
-from regraft.evaluation.statistics.paired import Direction, SampleTest
+from regraft.evaluation.statistics.paired import Direction, SampleTest, least_p
 from regraft.evaluation.statistics.samples import LEAST_RUNS
 
 EFFICIENCY = 3.0 / math.pi
 """Of the test of ranks, against that of means, for normal samples (Hodges and Lehmann 1956)."""
+
+ENOUGH_FOR_ANY: Final = 40
+"""Seeds above which the test of sign flips has no lower p: it tries a limited number of flips."""
 
 MORE_THAN_ANY: Final = 10**12
 """The seeds that are needed where their number cannot be computed: it is larger."""
@@ -22,12 +25,18 @@ def seeds_needed(claim: Claim, claims: Claims) -> int:
 
     The effect is taken to be what is expected. Two things have to succeed: the test at the level of the family, and
     the estimate, which has to be worth having. For a claim of equality, both one-sided tests have to (Schuirmann
-    1987).
+    1987). The samples of few seeds are not normal: seeds that are all won have to be enough for the test.
     """
     try:
-        return max(LEAST_RUNS, math.ceil(_computed(claim, claims)))
+        return max(_fewest(claim.test, claims.alpha_of(claim)), math.ceil(_computed(claim, claims)))
     except (OverflowError, StatisticsError):  # of a huge spread, or of an error that is too small for a float
         return MORE_THAN_ANY
+
+
+def _fewest(test: SampleTest, alpha: float) -> int:
+    """Return the seeds that are judged at all, and by which the test can have a p below ``alpha``."""
+    enough = (runs for runs in range(LEAST_RUNS, ENOUGH_FOR_ANY + 1) if least_p(runs, test) < alpha)
+    return next(enough, MORE_THAN_ANY)
 
 
 def _computed(claim: Claim, claims: Claims) -> float:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from regraft.evaluation.claims.judging import Verdict, did_the_same, judge, same_by
 from regraft.evaluation.claims.model import Claim, Claims, SeedSet
-from regraft.evaluation.claims.power import seeds_needed
+from regraft.evaluation.claims.power import MORE_THAN_ANY, seeds_needed
 from regraft.evaluation.results.table import ResultRow, ResultTable
 from regraft.evaluation.statistics.paired import Direction, SampleTest, effect
 
@@ -196,3 +196,31 @@ def test_more_noise_and_more_claims_need_more_seeds() -> None:
         seeds_needed(noisy, claims(*(replace(noisy, name=n) for n in "abcd"))),
     )
     assert 10 < alone < many
+
+
+@pytest.mark.parametrize("test", SampleTest)
+@pytest.mark.parametrize("direction", [Direction.GREATER, Direction.EQUAL])
+@pytest.mark.parametrize("alpha", [0.05, 0.001, 0.0005, 8e-5])
+def test_the_seeds_that_a_claim_needs_decide_it_when_all_are_won_by_far(
+    test: SampleTest, direction: Direction, alpha: float
+) -> None:
+    expected = 0.0 if direction is Direction.EQUAL else 0.3
+    claim = replace(CLAIM, expected=expected, sd=0.001, test=test, direction=direction)
+    needed = seeds_needed(claim, replace(claims(claim), alpha=alpha))
+    new, old = ([base + seed / 1000 for seed in range(needed)] for base in (expected, 0.0))
+    asked = replace(claims(claim, seeds=needed), alpha=alpha)
+    found = judge(asked, table({"new": new, "old": old}), SeedSet.CONFIRMATION)
+    assert found[0].verdict is Verdict.HOLDS
+
+
+def test_the_claims_of_a_large_family_need_seeds_enough_for_each() -> None:
+    family = [replace(CLAIM, name=str(number), sd=0.01) for number in range(52)]
+    needed = seeds_needed(family[0], claims(*family))
+    data = table({"new": [0.3 + seed for seed in range(needed)], "old": [float(seed) for seed in range(needed)]})
+    judged = judge(claims(*family, seeds=needed), data, SeedSet.CONFIRMATION)
+    assert {each.verdict for each in judged} == {Verdict.HOLDS}
+
+
+def test_no_number_of_seeds_is_enough_for_an_error_that_the_test_cannot_have() -> None:
+    easy = replace(CLAIM, sd=0.001)
+    assert seeds_needed(easy, replace(claims(easy), alpha=4e-5)) == MORE_THAN_ANY

@@ -91,3 +91,13 @@ def test_a_mistake_is_told_with_its_line_and_what_would_be_right(
 def test_a_file_without_claims_is_none(tmp_path: Path) -> None:
     with pytest.raises(StackError, match="needs at least one"):
         read(tmp_path, RIGHT.partition("claims:")[0])
+
+
+def test_seeds_by_which_no_claim_can_hold_are_refused(tmp_path: Path) -> None:
+    changed = {"alpha: 0.01": "alpha: 0.0005", "[4711, 30000-30018]": "[30000-30009]", "sd: 1.0": "sd: 0.1"}
+    text = RIGHT
+    for was, is_now in changed.items():
+        text = text.replace(was, is_now)
+    with pytest.raises(StackError, match="needs 11 confirmation seeds"):
+        read(tmp_path, text)
+    read(tmp_path, text.replace("30000-30009", "30000-30010"))
