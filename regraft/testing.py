@@ -132,10 +132,16 @@ class Rig:
         state: State = State.ACTIVE,
         scope: str = "",
     ) -> C:
-        """Start a component and bring it to ``state``, as one of the robot ``scope`` if any; returns the component."""
+        """Start a component and bring it to ``state``, as one of the robot ``scope`` if any; returns the component.
+
+        Raises ValueError if there is one of this name: it would no longer be carried out.
+        """
+        name = name or cls.__name__.lower()
+        if name in self.runtimes:
+            raise ValueError(f"there is a component {name!r} already: give a name, or take it out of Rig.runtimes")
         assignment = Assignment(
             self._system,
-            name or cls.__name__.lower(),
+            name,
             f"{cls.__module__}:{cls.__qualname__}",
             parameters=dict(parameters or {}),
             connections=dict(connections or {}),

@@ -66,6 +66,16 @@ def test_a_missing_service_fails_after_its_time() -> None:
         rig.call("nothing", Number(1), Number, timeout=0.5)
 
 
+def test_a_second_component_of_a_name_is_refused_and_one_of_another_name_is_not() -> None:
+    with Rig() as rig:
+        first = rig.add(Counter, parameters={"rate": 10.0})
+        with pytest.raises(ValueError, match="component 'counter' already"):
+            rig.add(Counter)
+        second = rig.add(Counter, "other", parameters={"rate": 20.0})
+        rig.advance(1.0)
+        assert (first.value, second.value) == (10, 20)
+
+
 class Wheels(Component):
     """Stands still when it is deactivated."""
 
