@@ -25,6 +25,7 @@ from regraft.evaluation.finding import NoSuchStudy, find_study
 from regraft.evaluation.publishing.commands import (
     chosen_definitions,
     claims,
+    claims_if_written,
     claims_of,
     fill_tables,
     join_results,
@@ -106,6 +107,7 @@ def run(
         found = find_study(study)
         chosen = chosen_definitions(found, definitions)
         which = _which_runs(found, chosen, runs, seed, seeds, one_seed)
+        written = claims_if_written(found, chosen)  # a mistake in them is found before hours of runs
         wanted = _wanted(found, chosen, configurations, seconds, which)
         folder = (out or Path(f"{found.name}-{wanted.definitions}")).resolve()
         campaign = Campaign(wanted, folder, parallel)
@@ -114,7 +116,7 @@ def run(
                 with_progress(campaign)
             results = campaign.results(_command(sys.argv[1:]))
             report = found.report(results)
-            table, verdicts = results_and_verdicts(found, results)
+            table, verdicts = results_and_verdicts(found, results, written)
             files = [*sorted(report.files.items()), (RESULTS, table_text(table).encode())]
             markdown = "\n\n".join(part.strip() for part in (report.markdown, verdicts, campaign.provenance()) if part)
             write_files(folder, [*files, (REPORT, f"{markdown}\n".encode())])

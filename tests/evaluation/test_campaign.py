@@ -358,3 +358,28 @@ def test_a_run_ends_with_the_last_row_of_a_recorder_that_may_end(tmp_path: Path)
     assert contents(tmp_path / "one") == contents(tmp_path / "other")
     rows = (tmp_path / "one" / "runs" / "slow" / "001" / "rows.csv").read_text().splitlines()
     assert [row.rpartition(",")[2] for row in rows] == ["over", "0", "0", "1"]
+
+
+def claimed(claims: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Return the name of the study with a file of claims."""
+    monkeypatch.setattr(
+        "tests.evaluation.tiny.CLAIMED", replace(STUDY_OF_TINY, claims={"plain": claims}), raising=False
+    )
+    return "tests.evaluation.tiny:CLAIMED"
+
+
+def test_a_mistake_in_the_claims_is_told_before_the_first_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "claims.yaml").write_text("study: huge\n")
+    code, said = run(tmp_path / "out", study=claimed(tmp_path / "claims.yaml", monkeypatch))
+    assert (code, "these are the claims of 'tiny'" in said) == (2, True), said
+    assert not (tmp_path / "out").exists()
+
+
+def test_runs_for_tuning_need_no_claims(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    study, out = claimed(tmp_path / "claims.yaml", monkeypatch), tmp_path / "out"
+    code, said = run(out, "--seeds", "tuning", study=study)
+    assert (code, "claims.yaml" in said, out.exists()) == (2, True, False), "their seeds are asked for"
+    code, said = run(out, "--runs", "1", "--configurations", "slow", study=study)
+    assert (code, said.count("claims.yaml: the study's claims are not written yet")) == (0, 1), said
+    assert [each.use for each in read_table(out / "results.csv").rows] == [""]
+    assert "Verdicts" not in (out / "report.md").read_text()

@@ -43,6 +43,21 @@ def claims_of(study: Study, definitions: str) -> Claims:
     return read_claims(study.claims[definitions], study)
 
 
+def claims_if_written(study: Study, definitions: str) -> Claims | None:
+    """Return the claims of a study by some definitions, None if it has none, or none yet, as before its tuning.
+
+    Raises:
+        StackError: something is wrong with them.
+    """
+    if definitions not in study.claims:
+        return None
+    file = study.claims[definitions]
+    if not file.exists():
+        say(f"{file}: the study's claims are not written yet: seeds have no use, and there are no verdicts")
+        return None
+    return read_claims(file, study)
+
+
 def chosen_definitions(study: Study, definitions: str | None) -> str:
     """Return the definitions that are asked for, the study's first if none are; raises BadInput."""
     chosen = next(iter(study.configurations)) if definitions is None else definitions
@@ -51,10 +66,8 @@ def chosen_definitions(study: Study, definitions: str | None) -> str:
     return chosen
 
 
-def results_and_verdicts(study: Study, results: Results) -> tuple[ResultTable, str]:
+def results_and_verdicts(study: Study, results: Results, claims: Claims | None) -> tuple[ResultTable, str]:
     """Return a campaign's table of results, and the verdicts on its claims as a part of its report."""
-    claims = claims_of(study, results.definitions) if results.definitions in study.claims else None
-
     several = len({run.seed for run in results.runs}) < len({(run.seed, run.number) for run in results.runs})
 
     def use_of(seed: int) -> str:
