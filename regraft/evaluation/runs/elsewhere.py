@@ -1,21 +1,28 @@
-"""The files outside of a stack's folder that it names: from the folder of a run, only absolute paths lead there."""
+"""The files outside of a stack's folder that it names: from the folder of a run, only absolute paths lead there.
+
+Hidden files in it are outside, too: a run does not take them along.
+"""
 
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
 from regraft.bus_schema.annotations import PlainValue
-from regraft.evaluation.runs.fingerprint import is_own_code
+from regraft.evaluation.runs.fingerprint import is_own_code, is_taken_along
 from regraft.stack.yaml.document import MAX_FILE_SIZE, read_map
 from regraft.stack.yaml.dump import dumped
 from regraft.stack.yaml.nodes import Location, Node, plain
 from regraft.stack.yaml.problems import StackError
 
-UP: Final = ".."
+OUT: Final = re.compile(r"(?:^|/)\.")
+"""A part of a path that leads up, or is hidden."""
+OUT_IN_YAML: Final = re.compile(rb"(?<!\w)\.|\bcommand\b")
+"""Paths that may lead out of a folder, and programs, in a YAML file."""
 YAML: Final = (".yaml", ".yml")
 CODE: Final = ".py"
 COMMAND: Final = "command"
@@ -35,10 +42,10 @@ def with_absolute(value: Any, beside: Path, folder: Path, counts: Counts = os.pa
         }
     if isinstance(value, list | tuple):
         return [with_absolute(part, beside, folder, counts) for part in value]
-    if not isinstance(value, str) or (UP not in value and beside.is_relative_to(folder)):
+    if not isinstance(value, str) or (not OUT.search(value) and is_taken_along(beside, folder)):
         return value
     path = _leads_to(value, beside)
-    return str(path) if path and not path.is_relative_to(folder) and counts(path) else value
+    return str(path) if path and not is_taken_along(path, folder) and counts(path) else value
 
 
 def document_of(node: Node, folder: Path) -> PlainValue:
@@ -59,8 +66,9 @@ def document_of(node: Node, folder: Path) -> PlainValue:
         if not isinstance(node.value, str) or not node.location.file:
             return node.value
         beside = folder_of(node.location.file)
-        path = _leads_to(node.value, beside) if UP in node.value or not beside.is_relative_to(folder) else None
-        if path is None or path.is_relative_to(folder) or is_own_code(path) or not os.path.isfile(path):
+        within = not OUT.search(node.value) and is_taken_along(beside, folder)
+        path = None if within else _leads_to(node.value, beside)
+        if path is None or is_taken_along(path, folder) or is_own_code(path) or not os.path.isfile(path):
             return node.value
         return str(path)
 
@@ -75,7 +83,7 @@ def lead_out(source: Path, copy: Path) -> None:
         # The copy of a link is a file of its own; its paths are relative to where it leads.
         beside = (source / file.relative_to(copy)).resolve().parent
         text = file.read_bytes()
-        if beside.is_relative_to(source) and UP.encode() not in text and COMMAND.encode() not in text:
+        if is_taken_along(beside, source) and not OUT_IN_YAML.search(text):
             continue
         try:
             document = plain(read_map(file))
@@ -96,7 +104,7 @@ def _command(words: Any, folder: Path) -> Any:
 
 def _word(word: str, folder: Path) -> str:
     path = _leads_to(word, folder)
-    if path is None or not path.is_file() or (path.is_relative_to(folder) and path.suffix != CODE):
+    if path is None or not path.is_file() or (is_taken_along(path, folder) and path.suffix != CODE):
         return word
     return str(path)
 

@@ -168,11 +168,11 @@ def files_in(folder: Path) -> list[Path]:
 def _folders_in(folder: Path) -> Iterator[tuple[str, list[str]]]:
     """Return a folder and those in it, also behind links, each with its files' names. Hidden ones are left out."""
     for inside, folders, names in os.walk(folder, followlinks=True):
-        folders[:] = [name for name in folders if not name.startswith(".") and not _leads_back(folder, inside, name)]
+        folders[:] = [name for name in folders if not name.startswith(".") and not leads_back(folder, inside, name)]
         yield inside, names
 
 
-def _leads_back(folder: Path, inside: str, name: str) -> bool:
+def leads_back(folder: Path, inside: str, name: str) -> bool:
     """Return whether a link leads to a folder that it is in, by the way from ``folder`` to it."""
     link = os.path.join(inside, name)
     if not os.path.islink(link):
@@ -221,6 +221,11 @@ def is_own_code(path: Path) -> bool:
     return any(path.is_relative_to(INSTALLED_IN / package) for package in OWN)
 
 
+def is_taken_along(path: Path, folder: Path) -> bool:
+    """Return whether a run's copy of the stack's ``folder`` has a path: what is hidden stays where it is."""
+    return path.is_relative_to(folder) and not any(part.startswith(".") for part in path.relative_to(folder).parts)
+
+
 def _portable(value: Any, folder: Path) -> Any:
     """Return plain data with nothing of where this machine has its files."""
     if isinstance(value, Mapping):
@@ -230,7 +235,7 @@ def _portable(value: Any, folder: Path) -> Any:
     if not (isinstance(value, str) and os.path.isabs(value)):
         return value
     path = Path(value)
-    if path.is_relative_to(folder):
+    if is_taken_along(path, folder):
         return ["stack", path.relative_to(folder).as_posix()]
     if is_own_code(path):
         return ["installed", path.relative_to(INSTALLED_IN).as_posix()]

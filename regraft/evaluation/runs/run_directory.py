@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing as closed_after
 from copy import deepcopy
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -31,6 +32,7 @@ from regraft.evaluation.runs.fingerprint import (
     code_hash,
     files_hash,
     fingerprint_from,
+    leads_back,
     packages_named,
     stack_hash,
     versions,
@@ -132,7 +134,7 @@ def prepare(plan: Plan, home: Path) -> Path:
     """Make the directory of a run that is to be made, in place of what is there; return the stack file to run."""
     if home.exists():
         shutil.rmtree(home)
-    shutil.copytree(plan.folder, home / STACK, ignore=_left_out)
+    shutil.copytree(plan.folder, home / STACK, ignore=partial(_left_out, plan.folder))
     lead_out(plan.folder, home / STACK)
     file = home / STACK / AS_RUN
     file.unlink(missing_ok=True)
@@ -140,12 +142,18 @@ def prepare(plan: Plan, home: Path) -> Path:
     return file
 
 
-def _left_out(folder: str, names: list[str]) -> set[str]:
-    """Return what a run does not take along: code, campaigns that are next to the stack, and what is no file."""
+def _left_out(stack: Path, folder: str, names: list[str]) -> set[str]:
+    """Return what a run does not take along of a folder in the stack's: what has no part in its fingerprint.
+
+    That is code, campaigns that are next to the stack, what is hidden or no file, and links in a circle.
+    """
     inside = Path(folder)
+    hidden = {name for name in names if name.startswith(".")}
+    circles = {name for name in names if (inside / name).is_dir() and leads_back(stack, folder, name)}
     campaigns = {name for name in names if (inside / name / LOCK).is_file()}
     special = {name for name in names if not ((inside / name).is_dir() or (inside / name).is_file())}
-    return campaigns | special | shutil.ignore_patterns("*.py", "__pycache__", "*.pyc")(folder, names)
+    code = shutil.ignore_patterns("*.py", "__pycache__", "*.pyc")(folder, names)
+    return hidden | circles | campaigns | special | code
 
 
 def complete(plan: Plan, home: Path, closing: Mapping[str, Any], made_of: Fingerprint) -> None:

@@ -133,6 +133,30 @@ def test_paths_in_a_linked_file_lead_from_where_it_is(tmp_path: Path) -> None:
     assert load(stack).architecture.components["gongs"].parameters["horn"] == str(shared / "gong.wav")
 
 
+def test_hidden_files_that_a_stack_names_are_used_where_they_are_and_count(tmp_path: Path) -> None:
+    stack = project(tmp_path)
+    hidden = stack.parent / ".shared"
+    (hidden / "sounds").mkdir(parents=True)
+    (hidden / "bells.yaml").write_text(BASE.replace("chimes", "gongs").replace("gongs.wav", "sounds/gong.wav"))
+    (hidden / "sounds" / "gong.wav").write_text("a deep sound")
+    (hidden / "horn.wav").write_text("a hidden sound")
+    (hidden / "tune").write_text("#!/bin/sh")
+    (stack.parent / "more" / "inside.yaml").write_text(
+        INSIDE.replace("../song.wav", "../.shared/horn.wav").replace("[python3", "[.shared/tune")
+    )
+    stack.write_text(STACK.replace("more/inside.yaml", "more/inside.yaml, .shared/bells.yaml"))
+    made = load(prepare(plan(stack, {}), tmp_path / "out" / "work" / "run")).architecture.components
+    assert Path(made["birds"].parameters["horn"]).resolve() == hidden / "horn.wav"
+    assert Path(made["gongs"].parameters["horn"]).resolve() == hidden / "sounds" / "gong.wav"
+    assert made["tune"].command[0] == str(hidden / "tune")
+    prints = {plan(stack, {}).fingerprint(lambda packages: "").stack}
+    changed = {"horn.wav": "another", "sounds/gong.wav": "another", "tune": "#!/bin/bash", "bells.yaml": BASE}
+    for number, (name, text) in enumerate(changed.items(), 2):
+        (hidden / name).write_text(text)
+        prints.add(plan(stack, {}).fingerprint(lambda packages: "").stack)
+        assert len(prints) == number, name
+
+
 STUDY = '''
 """A study in the folder of its stack."""
 

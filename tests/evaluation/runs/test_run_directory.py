@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from regraft.evaluation.runs.attempts import INCOMPLETE
-from regraft.evaluation.runs.fingerprint import Fingerprint
+from regraft.evaluation.runs.fingerprint import Fingerprint, files_in
 from regraft.evaluation.runs.run_directory import BadRun, Plan, complete, prepare
 from regraft.evaluation.study import Changes, variant
 from regraft.stack import plain_document
@@ -85,6 +85,39 @@ def test_what_is_no_file_beside_a_stack_is_left_out(tmp_path: Path) -> None:
     prepare(plan(folder / "stack.yaml", {}), tmp_path / "run")
     copied = {path.relative_to(tmp_path / "run" / "stack").as_posix() for path in (tmp_path / "run").rglob("*.*")}
     assert copied == {"stack.yaml", "as_run.yaml", "missions/main.xml", "linked/main.xml"}
+
+
+def copied(folder: Path, run: Path) -> list[str]:
+    """Return the names of the files that a run takes along, but for the stack as it is run."""
+    prepare(plan(folder / "stack.yaml", {}), run)
+    found = (path.relative_to(run / "stack").as_posix() for path in (run / "stack").rglob("*") if path.is_file())
+    return sorted(name for name in found if name != "as_run.yaml")
+
+
+def test_what_is_hidden_beside_a_stack_is_left_out(tmp_path: Path) -> None:
+    folder = tmp_path / "stack"
+    for name in (".venv/lib/big.so", ".git/HEAD", "missions/.backup/main.xml", "missions/main.xml", ".env"):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text("")
+    (folder / "stack.yaml").write_text(SCALARS)
+    assert copied(folder, tmp_path / "run") == ["missions/main.xml", "stack.yaml"]
+
+
+def test_links_in_a_circle_are_taken_along_once(tmp_path: Path) -> None:
+    folder = tmp_path / "stack"
+    folder.mkdir()
+    (folder / "stack.yaml").write_text(SCALARS)
+    (folder / "again").symlink_to(".")
+    (folder / "itself").symlink_to("itself")
+    assert copied(folder, tmp_path / "run") == ["stack.yaml"]
+    for name, other in (("one", "other"), ("other", "one")):
+        (folder / name).mkdir()
+        (folder / name / "mission.xml").write_text(name)
+        (folder / name / "link").symlink_to(folder / other)
+    (folder / "one" / "up").symlink_to("..")
+    counted = sorted(path.relative_to(folder).as_posix() for path in files_in(folder))
+    assert copied(folder, tmp_path / "run") == counted
+    assert len(counted) == 5
 
 
 @pytest.mark.parametrize(
