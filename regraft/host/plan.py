@@ -11,7 +11,7 @@ from regraft.bus_schema.messages.protocol.host import UpdateSpecs
 from regraft.bus_schema.messages.protocol.joining import JoinedSystem
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, Limits
 from regraft.bus_schema.model.hosts.hosts import LOCAL
-from regraft.bus_schema.model.scheduled_faults import ScheduledFault
+from regraft.bus_schema.model.scheduled_faults import FaultKind, ScheduledFault
 from regraft.stack.files import file_problems
 from regraft.stack.installed import packages
 
@@ -46,6 +46,13 @@ class HostPlan:
     paths: dict[str, str] = field(default_factory=dict)
     references: dict[str, dict[str, PlainValue]] = field(default_factory=dict)
     faults: tuple[ScheduledFault, ...] = ()
+
+    def hung_after(self) -> float:
+        """Return how long a component may be silent, at most, that the schedule has hang or stop."""
+        components = self.architecture.components
+        silent = {fault.component for fault in self.faults if fault.kind in (FaultKind.STOP, FaultKind.HANG)}
+        known = (components[name] for name in silent if name in components)
+        return max((self.architecture.handler_timeout(spec) for spec in known), default=0.0)
 
     def found_here(self, parameters: dict[str, PlainValue]) -> dict[str, PlainValue]:
         """Return parameters of the first host with paths as they are on this machine."""

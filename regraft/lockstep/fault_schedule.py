@@ -12,14 +12,14 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.protocol.faults import BringBack, FaultInjected, InjectFault
 from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.scheduled_faults import ScheduledFault
+from regraft.bus_schema.model.scheduled_faults import FaultKind, ScheduledFault
 from regraft.lockstep.scheduled_members import ScheduledMembers
 from regraft.patience import Patience
 from regraft.runtime.runtime import Runtime
 
 ENDED_TIMEOUT = 60.0
-"""Seconds in which the host ends a run: one that hangs has as long as its class states, and longer on a busy
-machine.
+"""Seconds in which the host ends a run, and longer on a busy machine. One that hangs or stops may be silent before for
+as long as its `handler_timeout`.
 """
 ASK_INTERVAL = 5.0
 """Seconds after which the host is asked again: a question or its answer may be lost."""
@@ -82,7 +82,8 @@ class FaultSchedule:
         member = self._members.lives(name)
         if member is not None:
             self._expected.add((name, member))
-        done = self._ask("inject", InjectFault(fault, held=True))
+        silent = 0.0 if fault.kind is FaultKind.KILL else self._runtime.assignment.hung_after
+        done = self._ask("inject", InjectFault(fault, held=True), ENDED_TIMEOUT + silent)
         self._expected.clear()
         if done is None:
             self._fail(name, f"'{fault}' was not confirmed by the host")
@@ -97,7 +98,7 @@ class FaultSchedule:
                 self._returns.append(back)
 
     def _bring_back(self, back: _Return) -> None:
-        done = self._ask("bring_back", BringBack(back.component))
+        done = self._ask("bring_back", BringBack(back.component), ENDED_TIMEOUT)
         if done is None or not (done.comes_back and back.waits):
             return  # somebody has removed it meanwhile, or has started it
         within = Patience(BACK_TIMEOUT)
@@ -109,9 +110,9 @@ class FaultSchedule:
                 return
             self._pump()
 
-    def _ask(self, verb: str, question: object) -> FaultInjected | None:
+    def _ask(self, verb: str, question: object, timeout: float) -> FaultInjected | None:
         """Ask the first host until it answers, with time stopped; None if it has not done it."""
-        within = Patience(ENDED_TIMEOUT)
+        within = Patience(timeout)
         while not within.is_over() and self._runtime.state is not State.FINALIZED:
             answers = self._asked_once(verb, question)
             if answers:

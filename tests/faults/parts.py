@@ -13,6 +13,7 @@ from regraft.bus_schema.messages.evaluation import RunSummary, RunSummaryRequest
 from regraft.bus_schema.messages.management.system import SystemFault, SystemFaultKind, SystemFaults, SystemStates
 from regraft.bus_schema.model.adaptation import ADAPT, AdaptationReport, AdaptationRequest, ChangeState, SetParameters
 from regraft.bus_schema.model.lifecycle import Transition
+from regraft.lockstep import fault_schedule
 from regraft.lockstep.source import TimeSource
 
 
@@ -42,6 +43,14 @@ class World(TimeSource):
 
     def advance(self, tick: int, seconds: float) -> None:
         self.position.publish(Sample(self.kit.now(), self.kit.name, tick, self.x))
+
+
+class ImpatientWorld(World):
+    """Gives the host little time to end what fails."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        fault_schedule.ENDED_TIMEOUT = 1.5
 
 
 class Driver(Component):

@@ -8,15 +8,15 @@ from typing import Any
 
 import pytest
 
-from tests.faults.stacks import write
+from tests.faults.stacks import STACK, write
 from tests.support.commands import in_home, run
 
 pytestmark = pytest.mark.slow
 
 
-def _run(folder: Path, *options: str, seconds: float = 5.0) -> dict[str, Any]:
+def _run(folder: Path, *options: str, seconds: float = 5.0, text: str = STACK) -> dict[str, Any]:
     folder.mkdir()
-    stack = write(folder)
+    stack = write(folder, text)
     faults = [word for fault in options for word in ("--fault", fault)]
     words = ("--headless", "--json", "--for", f"{seconds:g}", *faults)
     done = run("up", str(stack), *words, environment=in_home(folder / "home"))
@@ -66,3 +66,11 @@ def test_many_faults_in_a_row_are_the_same_in_every_run(tmp_path: Path, times: i
 def test_a_component_that_dies_too_often_stays_away_in_every_run(tmp_path: Path, times: int) -> None:
     faults = [f"{second} driver kill" for second in (1, 2, 3, 4, 5, 6)]
     assert _agree(tmp_path, times, *faults, seconds=7.0)["visits"]["driver.quarantined"] == 1
+
+
+def test_a_component_that_may_be_silent_for_long_is_back_after_it_hung(tmp_path: Path) -> None:
+    text = STACK.replace("parts:World", "parts:ImpatientWorld")
+    text = text.replace("parts:Driver'}", "parts:Driver', limits: {handler_timeout: 4}}", 1)
+    found = _run(tmp_path / "run", "1 driver hang", "2 driver stop", text=text)
+    assert (found["reproducible"], found["restarts"]) == (True, 2), found
+    assert found["visits"]["driver.recovered"] == 2

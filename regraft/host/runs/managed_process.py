@@ -140,6 +140,7 @@ class ManagedProcess:
             members=plan.members() if is_source else (),
             duration=plan.duration if is_source else None,
             faults=tuple(fault for fault in plan.faults if is_source or fault.component == self.spec.name),
+            hung_after=plan.hung_after() if is_source else 0.0,
             succeeds=self.succeeds,
             secret=plan.secret,
             handler_timeout=plan.limits(self.spec).handler_timeout,

@@ -32,7 +32,8 @@ class Assignment:
     empty: over the bus). ``lease`` is the path of a file with the time until which it may act; empty: always.
     ``handler_timeout`` takes the place of what its class states. ``scope`` is the robot among several whose names the
     component's names are (`regraft.bus_schema.model.robots.scopes`); empty for none. ``faults`` are the component's own
-    on the schedule of the run, for time sources all of them.
+    on the schedule of the run, for time sources all of them: ``hung_after`` is how long, at most, a component that one
+    of them has hang or stop is silent before its host ends it.
     """
 
     system: str
@@ -62,3 +63,4 @@ class Assignment:
     handler_timeout: Seconds | None = None
     scope: str = ""
     faults: tuple[ScheduledFault, ...] = ()
+    hung_after: Seconds = 0.0
