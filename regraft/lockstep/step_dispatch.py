@@ -55,6 +55,7 @@ class StepDispatcher:
         self._sent: dict[str, float] = {}
         self._takes: dict[str, float] = {}
         self._acks: dict[str, Ack] = {}
+        self._welcomed_again: set[str] = set()
         self.links = SourceLinks(runtime, self.take_ack, self.send_again)
 
     def take_ack(self, ack: Ack) -> None:
@@ -115,7 +116,10 @@ class StepDispatcher:
             )
             self._steps[name] = step
             self._sent[name] = time.monotonic()
-            if not self.links.send(name, step):
+            # A link would overtake the repetition of a welcome, by which a member forgets all that it has read.
+            in_order = name in self._welcomed_again
+            self._welcomed_again.discard(name)
+            if in_order or not self.links.send(name, step):
                 self._publisher.put(self._keys.clock(f"step/{name}"), step)
 
     def _own_samples(self, member: MemberState, frontier: Frontier) -> dict[str, ResentSample]:
@@ -124,9 +128,12 @@ class StepDispatcher:
         return self._writers.newest(read)
 
     def send_again(self, name: str) -> None:
-        """Send a step over the bus that may have got lost with the member's link."""
-        if self.awaits(name):
-            self._publisher.put(self._keys.clock(f"step/{name}"), self._steps[name])
+        """Send a step over the bus that may have got lost, as with the member's link."""
+        if not self.awaits(name):
+            return
+        if self._steps[name].kind is StepKind.WELCOME:
+            self._welcomed_again.add(name)
+        self._publisher.put(self._keys.clock(f"step/{name}"), self._steps[name])
 
     def collect(
         self, names: list[str], *, bounded: bool, ended: Callable[[], bool], late: Callable[[tuple[str, ...]], None]
@@ -148,9 +155,11 @@ class StepDispatcher:
                 break
             if now - again > STEP_INTERVAL:
                 again = now
-                for name in waiting:
-                    self._publisher.put(self._keys.clock(f"step/{name}"), self._steps[name])
-                late(tuple(waiting))
+                self._inbox.pump(0.0)  # this process may have stood still: answers may be there already
+                late_ones = tuple(name for name in waiting if self.awaits(name))
+                for name in late_ones:
+                    self.send_again(name)
+                late(late_ones)
             self._inbox.pump()
         answered = [name for name in names if name in self._steps and name in self._acks]
         acks = [self._acks[name] for name in answered]

@@ -262,3 +262,29 @@ def test_a_step_that_is_lost_with_its_link_comes_over_the_bus_at_once(
     monkeypatch.setattr(source_links, "send", send_and_break)
     assert _digest(path) == before
     assert counts["sent"] > 500
+
+
+def test_the_step_after_a_repeated_welcome_comes_behind_it(
+    steps: StepSite, path: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else a member would forget all that it has read when the repetition arrives after that step."""
+    came: list[int] = []
+    lost: list[Ack] = []
+
+    def send_or_lose(link: socket.socket, packet: bytes) -> bool:
+        ack = codec.decode(packet, Ack)
+        if ack.member != "pusher" or lost:
+            return send(link, packet)
+        lost.append(ack)
+        return True
+
+    before = _digest("")
+    monkeypatch.setattr(member_link, "send", send_or_lose)
+    steps.listen("steps/clock/step/pusher", lambda sample: came.append(codec.decode(sample.payload, Step).number))
+    _start(steps, path)
+    _start_world(steps, path)
+    assert steps.wait_finished().reproducible
+    assert steps.component("witness").digest() == before
+    (welcome,) = {ack.number for ack in lost}
+    assert came[:2] == [welcome] * 2
+    assert [number for number in came if number != welcome][:1] == [welcome + 1]
