@@ -12,9 +12,11 @@ import json
 import os
 import platform
 import re
-from collections.abc import Iterator, Mapping, Sequence
+import sys
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
-from importlib.metadata import PackageNotFoundError, entry_points, version
+from functools import cache
+from importlib.metadata import PackageNotFoundError, entry_points, packages_distributions, requires, version
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
@@ -25,17 +27,10 @@ from regraft.process.own_python import INSTALLED_IN
 OWN: Final = ("behavior_tree", "regraft")
 EXTENSIONS: Final = "regraft."
 """How the groups of entry points begin by which other packages extend Regraft."""
-DISTRIBUTIONS: Final = (
-    "eclipse-zenoh",
-    "msgpack",
-    "mujoco-core",
-    "numpy",
-    "opencv-python-headless",
-    "ortools",
-    "PyOpenGL",
-    "PyYAML",
-    "scipy",
-)
+NEEDED: Final = re.compile(r"(?P<name>[\w.-]+)(?:.*\bextra == \"(?P<extra>[\w-]+)\")?")
+"""A requirement of a distribution, and the extra that it is of, if any."""
+NOT_OF_RUNS: Final = ("dev", "docs")
+"""Regraft's extras for those who change it: no run depends on a linter."""
 RENDERER: Final = "REGRAFT_RENDERER"
 COMPILED: Final = (".pyc", ".pyo")
 NOT_RUN: Final = (".md",)
@@ -94,20 +89,48 @@ def _versions_differ(then: Mapping[str, str], now: Mapping[str, str]) -> str:
     return "; ".join(f"{name} {then.get(name, 'none')} then, {now.get(name, 'none')} now" for name in names)
 
 
-def versions() -> Mapping[str, str]:
-    """Return the versions of what has a part in a run, by name; what is not installed has none."""
+def versions(packages: Sequence[str] = ()) -> Mapping[str, str]:
+    """Return the versions of what has a part in a run, by name; what is not installed has none.
+
+    These are what Regraft itself requires, and the distributions of packages that extend it or that a stack names
+    (``packages``), but not what these require in turn.
+    """
     found = {
         "Python": platform.python_version(),
         "platform": f"{platform.system()} {platform.machine()}",
         "processor": _processor(),
         "renderer": os.environ.get(RENDERER, "") or "chosen by the run",
     }
-    for name in DISTRIBUTIONS:
+    for name in (*_requirements(), *_distributions_of({*_extending(), *packages} - {*OWN})):
         try:
             found[name] = version(name)
         except PackageNotFoundError:
             continue
     return found
+
+
+def _requirements() -> Iterator[str]:
+    """Return the distributions that Regraft requires, with those of its extras."""
+    own = OWN[-1]
+    try:
+        needed = requires(own) or []
+    except PackageNotFoundError:
+        needed = []
+    for match in filter(None, map(NEEDED.match, needed)):
+        if match["name"] != own and match["extra"] not in NOT_OF_RUNS:
+            yield match["name"]
+
+
+def _distributions_of(packages: Collection[str]) -> list[str]:
+    """Return the distributions that packages are from."""
+    known = _distributions(tuple(sys.path)) if packages else {}
+    return sorted({name for package in packages for name in known.get(package, ())})
+
+
+@cache
+def _distributions(path: tuple[str, ...]) -> Mapping[str, Sequence[str]]:
+    """Return the distributions by package. To look takes longer than all else, and a campaign asks for each run."""
+    return packages_distributions()
 
 
 def _processor() -> str:
@@ -122,17 +145,21 @@ def _processor() -> str:
 
 def code_hash(packages: Sequence[str] = ()) -> str:
     """Return the hash of the code that can influence a run; ``packages`` are those of others that a stack names."""
-    extending = {
+    digest = hashlib.sha256()
+    for package in sorted({*OWN, *_extending(), *packages}):
+        for root, path in _files_of(package):
+            _add(digest, f"{package}/{path.relative_to(root).as_posix()}", path.read_bytes())
+    return digest.hexdigest()
+
+
+def _extending() -> set[str]:
+    """Return the packages that extend Regraft, itself included."""
+    return {
         entry.module.partition(".")[0]
         for group in entry_points().groups
         if group.startswith(EXTENSIONS)
         for entry in entry_points(group=group)
     }
-    digest = hashlib.sha256()
-    for package in sorted({*OWN, *extending, *packages}):
-        for root, path in _files_of(package):
-            _add(digest, f"{package}/{path.relative_to(root).as_posix()}", path.read_bytes())
-    return digest.hexdigest()
 
 
 def _files_of(package: str) -> Iterator[tuple[Path, Path]]:

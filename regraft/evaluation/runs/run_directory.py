@@ -107,9 +107,10 @@ class Plan:
         folder = self.folder
         whole = self._changed(document_of(assemble(self.stack).document, folder))
         document = with_absolute(whole, folder, folder, os.path.isfile)
+        packages = packages_named(document)
         return Fingerprint(
-            hash_code(packages_named(document)),
-            versions(),
+            hash_code(packages),
+            versions(packages),
             stack_hash(document, folder),
             files_hash(folder),
             self.seed,

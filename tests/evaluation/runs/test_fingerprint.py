@@ -22,6 +22,9 @@ from regraft.evaluation.runs.fingerprint import (
     versions,
 )
 from regraft.evaluation.runs.folder_lock import LOCK
+from regraft.evaluation.runs.run_directory import Plan
+from regraft.evaluation.study import Configuration
+from tests.evaluation.tiny import STUDY
 
 PACKAGE = "fingerprinted"
 BEFORE = Fingerprint("a" * 64, {"numpy": "1", "scipy": "1"}, "b" * 64, "c" * 64, 1, 300.0)
@@ -164,6 +167,27 @@ def test_versions_are_those_that_are_installed() -> None:
     found = versions()
     assert found["numpy"] == np.__version__
     assert {"Python", "platform", "renderer", "eclipse-zenoh", "msgpack"} <= found.keys()
+
+
+def test_versions_are_of_all_that_regraft_requires_but_for_those_who_change_it() -> None:
+    found = versions().keys()
+    assert {"greenlet", "textX", "rdflib", "fastapi", "uvicorn", "PyYAML", "mujoco-core", "scipy", "ortools"} <= found
+    assert not found & {"regraft", "pytest", "ruff", "mypy", "sphinx"}
+
+
+def test_the_distribution_of_a_class_that_a_stack_names_has_its_version_in_the_fingerprint(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    package_in(tmp_path)
+    about = tmp_path / "somebodys_parts-1.5.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: somebodys-parts\nVersion: 1.5\n")
+    (about / "top_level.txt").write_text(f"{PACKAGE}\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    changes = {"components": {"parts": {"class": f"{PACKAGE}.parts:Parts"}}}
+    plan = Plan("tiny", "plain", Configuration("one", "the only one"), 1, 1, 4.0, STUDY.stack, (changes,))
+    assert plan.fingerprint().dependencies["somebodys-parts"] == "1.5"
+    assert "somebodys-parts" not in replace(plan, changes=()).fingerprint().dependencies
 
 
 @pytest.mark.parametrize(
