@@ -100,3 +100,21 @@ ENDING = replace(
     seconds=4000.0,
 )
 """The study with a recorder that ends long before its runs would."""
+CONFIRMING = replace(
+    ENDING,
+    additions={
+        "topics": {
+            "adaptations": {"type": "regraft/AdaptationReport"},
+            "architecture": {"type": "regraft/Architecture"},
+        },
+        "components": {
+            **ENDING.additions["components"],
+            "adapter": {"class": "tests.evaluation.tiny_parts:Adapter"},
+            "adaptation_manager": {
+                "class": "regraft.adaptation_manager.manager:AdaptationManager",
+                "parameters": {"journal": "$RUN/journal.sqlite"},
+            },
+        },
+    },
+)
+"""That study with an adaptation that is still to be confirmed when the last row is written."""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 
-from regraft import Component, Input, Output, Parameter
+from regraft import Component, Input, Output, Parameter, every
 from regraft.bus_schema.messages.geometry import Twist, Vector3
+from regraft.bus_schema.model.adaptation import ADAPT, AdaptationReport, AdaptationRequest, SetParameters
 from regraft.evaluation.rows import Cell, RowRecorder
 from regraft.lockstep.source import TimeSource
 
@@ -32,6 +33,25 @@ class Listener(Component):
     """Hears the numbers."""
 
     count = Input(Twist)
+
+
+class Adapter(Component):
+    """Has the counter go faster at 2 s, to be confirmed long after that."""
+
+    count = Input(Twist, latest_only=True)
+
+    def __init__(self) -> None:
+        self.has_asked = False
+
+    @every(seconds=0.5)
+    async def adapt(self) -> None:
+        """Ask for it once."""
+        if self.has_asked or self.kit.now() < 2.0:
+            return
+        self.has_asked = True
+        faster = SetParameters("counter", {"stride": 5.0})
+        request = AdaptationRequest((faster,), "a test", self.kit.name, confirm=30.0, wait=False)
+        await self.kit.call(ADAPT, request, AdaptationReport, timeout=20.0)
 
 
 class Painter(Component):

@@ -9,21 +9,20 @@ from __future__ import annotations
 
 import csv
 import json
-import math
 import os
 import shutil
 import sqlite3
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing as closed_after
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import SchemaError
-from regraft.bus_schema.model.adaptation import AdaptationReport
+from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome, Phase
 from regraft.evaluation.rows import TIME, Rows, read_rows, written
 from regraft.evaluation.runs.attempts import FAILED, INCOMPLETE, Cause, causes_in, told
 from regraft.evaluation.runs.elsewhere import document_of, lead_out, with_absolute
@@ -48,6 +47,8 @@ from regraft.stack.yaml.nodes import plain
 AS_RUN: Final = "as_run.yaml"
 STACK, ROWS, ADAPTATIONS, TIMING, RUN = "stack", "rows.csv", "adaptations.csv", "timing.csv", "run.json"
 JOURNAL: Final = "journal.sqlite"
+NEARLY: Final = 1e-6
+"""Seconds by which simulated times that are equal may differ."""
 WALL_CLOCK: Final = ("wall_s", "startup_s", "real_time_factor")
 """The fields of a closing line that depend on the machine."""
 
@@ -226,8 +227,28 @@ def _journal(path: Path) -> list[AdaptationReport]:
 
 def _until_the_end_of(rows: Rows, adaptations: Sequence[AdaptationReport]) -> list[AdaptationReport]:
     """Return the adaptations that count: after a last row that comes before the end, it depends on when that is."""
-    end = rows.number(TIME)[-1] if rows.are_over else math.inf
-    return [report for report in adaptations if report.started <= end]
+    if not rows.are_over:
+        return [*adaptations]
+    end = rows.number(TIME)[-1]
+    return [_as_of(end, report) for report in adaptations if report.started <= end]
+
+
+def _as_of(end: float, report: AdaptationReport) -> AdaptationReport:
+    """Return a report as it was at the last row: without what has come of a confirmation that ends later."""
+    watched = [phase.duration for phase in report.phases if phase.phase is Phase.CONFIRM]
+    ended_later = any(report.started + duration > end - NEARLY for duration in watched)
+    if report.outcome is not Outcome.CONFIRMING and not ended_later:
+        return report
+    return replace(
+        report,
+        outcome=Outcome.CONFIRMING,
+        revision_after=report.revision_before,
+        steps=(),
+        error="",
+        architecture=None,
+        broken=(),
+        unreached=(),
+    )
 
 
 def _write_adaptations(path: Path, adaptations: Sequence[AdaptationReport]) -> None:

@@ -3,15 +3,31 @@
 from __future__ import annotations
 
 import os
+import sqlite3
 from collections.abc import Mapping
+from contextlib import closing as closing_after
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.model.adaptation import (
+    AdaptationReport,
+    AdaptationRequest,
+    ChangeState,
+    Outcome,
+    Phase,
+    PhaseReport,
+    StepReport,
+    StepState,
+)
+from regraft.bus_schema.model.lifecycle import Transition
+from regraft.evaluation.results.recording import digest_of
+from regraft.evaluation.rows import OVER
 from regraft.evaluation.runs.attempts import INCOMPLETE
 from regraft.evaluation.runs.fingerprint import Fingerprint, files_in
-from regraft.evaluation.runs.run_directory import BadRun, Plan, complete, prepare
+from regraft.evaluation.runs.run_directory import BadRun, Plan, complete, prepare, read_run
 from regraft.evaluation.study import Changes, variant
 from regraft.stack import plain_document
 from tests.evaluation.tiny import STUDY
@@ -118,6 +134,48 @@ def test_links_in_a_circle_are_taken_along_once(tmp_path: Path) -> None:
     counted = sorted(path.relative_to(folder).as_posix() for path in files_in(folder))
     assert copied(folder, tmp_path / "run") == counted
     assert len(counted) == 5
+
+
+def adaptation(number: int, started: float, outcome: Outcome, watched: float | None = None) -> AdaptationReport:
+    """Return the report of an adaptation that is watched for 3 s; ``watched`` is how long it was, if that is over."""
+    request = AdaptationRequest((ChangeState("counter", Transition.DEACTIVATE),), "a test", "tests", confirm=3.0)
+    phases = () if watched is None else (PhaseReport(Phase.CONFIRM, watched),)
+    revision = number if outcome in (Outcome.ROLLED_BACK, Outcome.CANCELLED) else number + 1
+    steps = (StepReport(1, "counter", "deactivate", StepState.UNDONE if revision == number else StepState.DONE),)
+    return AdaptationReport(str(number), outcome, request, number, revision, started, phases=phases, steps=steps)
+
+
+def ended_by_its_recorder(home: Path, *reports: AdaptationReport) -> tuple[str, str]:
+    """Return the adaptations and the digest of a run whose last row is that of 4 s."""
+    rows = "".join(f"{second},{second},{int(second == 4)}\n" for second in range(1, 5))
+    finished(home, f"time,number,{OVER}\n{rows}")
+    with closing_after(sqlite3.connect(home / "tiny" / "journal.sqlite")) as journal, journal:
+        journal.execute("CREATE TABLE adaptations (number INTEGER, report BLOB)")
+        lines = [(number, codec.encode(report)) for number, report in enumerate(reports)]
+        journal.executemany("INSERT INTO adaptations VALUES (?, ?)", lines)
+    complete(plan(), home, CLOSING, MADE_OF)
+    return (home / "adaptations.csv").read_text(), digest_of(read_run(home, plan().configuration))
+
+
+def test_a_confirmation_that_ends_after_the_last_row_is_under_way_whenever_the_run_was_ended(tmp_path: Path) -> None:
+    undone = adaptation(1, 0.5, Outcome.ROLLED_BACK, 1.0)
+    late = [
+        adaptation(2, 2.0, Outcome.CONFIRMING),
+        adaptation(2, 2.0, Outcome.APPLIED, 3.0),
+        adaptation(2, 2.0, Outcome.ROLLED_BACK, 2.5),
+        adaptation(2, 2.0, Outcome.CANCELLED, 2.0),
+    ]
+    found = {ended_by_its_recorder(tmp_path / str(number), undone, report) for number, report in enumerate(late)}
+    ((text, _),) = found
+    assert [line.split(",")[:2] for line in text.splitlines()[1:]] == [["0.5", "rolled_back"], ["2", "confirming"]]
+
+
+def test_a_confirmation_that_ends_before_the_last_row_counts_as_it_ended(tmp_path: Path) -> None:
+    applied = ended_by_its_recorder(tmp_path / "one", adaptation(1, 0.5, Outcome.APPLIED, 3.0))
+    undone = ended_by_its_recorder(tmp_path / "other", adaptation(1, 0.5, Outcome.ROLLED_BACK, 3.0))
+    assert "applied" in applied[0]
+    assert "rolled_back" in undone[0]
+    assert applied[1] != undone[1]
 
 
 @pytest.mark.parametrize(
