@@ -44,7 +44,7 @@ def claims_of(study: Study, definitions: str) -> Claims:
 
 
 def claims_if_written(study: Study, definitions: str) -> Claims | None:
-    """Return the claims of a study by some definitions, None if it has none, or none yet, as before its tuning.
+    """Return the claims of a study by some definitions, None if it has none, or none yet.
 
     Raises:
         StackError: something is wrong with them.

@@ -93,7 +93,7 @@ def versions(packages: Sequence[str] = ()) -> Mapping[str, str]:
     """Return the versions of what has a part in a run, by name; what is not installed has none.
 
     These are what Regraft itself requires, and the distributions of packages that extend it or that a stack names
-    (``packages``), but not what these require in turn.
+    (``packages``). Their own requirements are not among them.
     """
     found = {
         "Python": platform.python_version(),

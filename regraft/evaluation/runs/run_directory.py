@@ -145,9 +145,9 @@ def prepare(plan: Plan, home: Path) -> Path:
 
 
 def _left_out(stack: Path, folder: str, names: list[str]) -> set[str]:
-    """Return what a run does not take along of a folder in the stack's: what has no part in its fingerprint.
+    """Return what a run leaves out of a folder in the stack's: what has no part in its fingerprint.
 
-    That is code, campaigns that are next to the stack, what is hidden or no file, and links in a circle.
+    That is code, campaigns next to the stack, what is hidden or no file, and links in a circle.
     """
     inside = Path(folder)
     hidden = {name for name in names if name.startswith(".")}

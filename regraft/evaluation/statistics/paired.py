@@ -114,7 +114,7 @@ def _p(greater: NDArray[np.float64], less: NDArray[np.float64], test: SampleTest
 
 @cache
 def least_p(runs: int, test: SampleTest) -> float:
-    """Return the p of so many runs of each arm of which the first arm's are all greater, by the same amount."""
+    """Return the p of so many runs of each arm, where all of the first arm are greater."""
     places = np.arange(runs, dtype=np.float64)
     return _p(places + runs, places, test)
 

@@ -32,8 +32,8 @@ class Assignment:
     empty: over the bus). ``lease`` is the path of a file with the time until which it may act; empty: always.
     ``handler_timeout`` takes the place of what its class states. ``scope`` is the robot among several whose names the
     component's names are (`regraft.bus_schema.model.robots.scopes`); empty for none. ``faults`` are the component's own
-    on the schedule of the run, for time sources all of them: ``hung_after`` is how long, at most, a component that one
-    of them has hang or stop is silent before its host ends it.
+    on the schedule of the run, for time sources all of them. Of those that hang or stop, none is silent for longer than
+    ``hung_after`` before its host ends it.
     """
 
     system: str
