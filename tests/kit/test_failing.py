@@ -106,6 +106,7 @@ def test_a_hook_that_says_why_and_raises_leaves_the_component_unconfigured(rig: 
     pump = rig.add(Pump, "pump", {"where": "raises"}, state=State.INACTIVE)
     with pytest.raises(TransitionFailed, match="no pump"):
         rig.transition("pump", Transition.ACTIVATE)
+    rig.advance(0.1)
     assert rig.state("pump") is State.UNCONFIGURED
     assert pump.errors == 1
     assert rig.take_faults() == ["pump: on_activate: OSError: no pump"]
