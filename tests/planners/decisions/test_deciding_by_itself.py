@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from regraft.bus_schema.model.adaptation import Outcome
 from tests.planners.decisions.deciding import (
     LOST,
     PACE,
@@ -61,6 +62,78 @@ def test_a_decision_that_cannot_be_taken_is_told_once_and_the_planner_lives_on(t
         assert "the journal cannot be read" in told[0].text
         on.manager.fates = []
         on.dark(0.95, seconds=2.0)
+        assert on.paces == [0.1]
+
+
+@both
+def test_trouble_that_comes_again_after_a_success_is_told_again(tmp_path: Path, name: str) -> None:
+    with bench(tmp_path, name, PACE + "triggers: {every: 1}\n") as on:
+        for fates in (["blind"], [], ["blind"]):
+            on.manager.fates = list(fates)
+            on.dark(0.2, seconds=2.5)
+        assert len([event for event in on.rig.events if event.kind == "planner.undecided"]) == 2
+
+
+@both
+def test_a_fault_during_which_the_manager_could_not_be_asked_is_decided_upon_afterwards(
+    tmp_path: Path, name: str
+) -> None:
+    with bench(tmp_path, name, PACE + "triggers: {on_fault: true}\n") as on:
+        on.manager.fates = ["blind"]
+        on.dark(0.95, seconds=1.0)
+        assert on.paces == []
+        on.manager.fates = []
+        on.dark(0.95, seconds=3.0)
+        assert on.paces == [0.1]
+        assert on.reasons[0].startswith("fault blind has come; ")
+
+
+@both
+@pytest.mark.parametrize("fate", [Outcome.ROLLED_BACK, "refused"])
+def test_a_decision_on_a_fault_that_was_not_carried_out_is_told_and_taken_again(
+    tmp_path: Path, name: str, fate: Outcome | str
+) -> None:
+    with bench(tmp_path, name, PACE + "triggers: {on_fault: true}\n") as on:
+        on.manager.fates = [fate]
+        on.dark(0.95, seconds=0.5)
+        assert on.paces == [0.1]
+        (told,) = [event for event in on.rig.events if event.kind == "planner.undecided"]
+        assert ("the queue is full" if fate == "refused" else "rolled_back") in told.text
+        on.dark(0.95, seconds=3.0)
+        assert on.paces == [0.1, 0.1]
+        assert on.reasons[1].startswith("fault blind has come; ")
+
+
+@both
+def test_a_requirement_during_which_the_manager_could_not_be_asked_is_decided_upon_afterwards(
+    tmp_path: Path, name: str
+) -> None:
+    with bench(tmp_path, name, PACE + "triggers: {on_requirement: [MoveSafely]}\n") as on:
+        on.manager.fates = ["blind"]
+        on.requires(False)
+        on.dark(0.95, seconds=1.0)
+        on.manager.fates = []
+        on.dark(0.95, seconds=3.0)
+        assert on.paces == [0.1]
+
+
+@both
+def test_a_fault_that_has_gone_undecided_is_no_reason_any_more(tmp_path: Path, name: str) -> None:
+    with bench(tmp_path, name, PACE + "triggers: {on_fault: true}\n") as on:
+        on.manager.fates = ["blind"]
+        on.dark(0.95, seconds=0.5)
+        on.dark(0.2, seconds=0.3)
+        on.manager.fates = []
+        on.dark(0.2, seconds=3.0)
+        assert [reason for reason in on.reasons if "has come" in reason] == []
+
+
+def test_a_forecast_that_starts_amid_a_fault_decides_once_it_knows_enough(tmp_path: Path) -> None:
+    with bench(tmp_path, "forecast", LOST + "triggers: {on_fault: true}\n") as on:
+        on.fails("wheels")
+        on.rig.advance(1.0)
+        assert on.manager.requests == []
+        on.dark(0.2, seconds=2.0)
         assert on.paces == [0.1]
 
 

@@ -21,6 +21,7 @@ from regraft.adaptation_manager.planners.decisions.scoping import estimates_in, 
 from regraft.adaptation_manager.planners.decisions.situation import inputs_for, situation
 from regraft.adaptation_manager.planners.decisions.standing import Standing, standing_of
 from regraft.adaptation_manager.planners.decisions.watching import Watch
+from regraft.adaptation_manager.planners.manager_client import CarriedOut
 from regraft.bus_schema.annotations import Bounds, PlainValue, Seconds, Text
 from regraft.bus_schema.encoding.records import record_shape
 from regraft.bus_schema.errors import BadMessage
@@ -187,9 +188,21 @@ class DecidingPlanner(Component):
                 await watch.pause(self.kit)
                 continue
             request = ProposalRequest(decision.name, "; ".join(reasons), inputs={"decision": decision.name})
-            try:
-                await self.decide(request)
-            except (RequestRefused, CallFailed) as error:
-                if str(error) != complained:
-                    complained = str(error)
-                    self.kit.event("planner.undecided", f"decision {decision.name}: {error}")
+            problem = await self._problem(request)
+            watch.decided(self.kit.now(), taken=not problem)
+            if problem and problem != complained:
+                self.kit.event("planner.undecided", f"decision {decision.name}: {problem}")
+            complained = problem
+
+    async def _problem(self, request: ProposalRequest) -> str:
+        """Take a decision, and have it carried out; return why that has not come about, nothing if it has."""
+        try:
+            proposal = await self.decide(request)
+        except (RequestRefused, CallFailed) as error:
+            return str(error)
+        choice = proposal.choice
+        if choice["option"] is None:
+            return str(choice["why"])
+        notes = "; ".join(map(str, choice["notes"]))
+        done = CarriedOut(proposal.changes, str(choice["outcome"]), proposal.report, notes)
+        return "" if done.stands else done.problem

@@ -13,6 +13,8 @@ from regraft.bus_schema.model.expressions import Unknown
 
 LOOK_EVERY: Final = 0.1
 """Seconds between two looks at the topics on which faults depend."""
+RETRY_AFTER: Final = 1.0
+"""Seconds after which a decision is tried again that could not be taken."""
 FAULT: Final = "fault "
 """The begin of what a fault is called as a reason."""
 ROUNDING: Final = 1e-6
@@ -23,13 +25,15 @@ class Watch:
     """Sees when it is time to decide.
 
     Until something is known, no fault is there and each requirement is met. Something that is not known any more has
-    not changed.
+    not changed. A fault or requirement that has turned stays a reason until the decision is taken, or it turns back.
     """
 
     def __init__(self, decision: Decision, now: float) -> None:
         self._decision = decision
         self._due = None if decision.triggers.every is None else now + decision.triggers.every
         self._before: dict[str, bool] = {}
+        self._undecided: dict[str, bool] = {}
+        self._again: float | None = None
         entries = tuple(_entries_watched(decision))
         self._waking = sorted({name for entry in entries if (name := system_input(entry))})
         self._looks = any(entry.topic for entry in entries)
@@ -38,7 +42,7 @@ class Watch:
         """Wait until the next look is due, or a message of the system itself may be a reason."""
         waits: list[Future[Any]] = [kit.inputs[name].next() for name in self._waking if name in kit.inputs]
         pauses = [LOOK_EVERY] if self._looks else []
-        pauses += [] if self._due is None else [max(0.0, self._due - kit.now())]
+        pauses += [max(0.0, due - kit.now()) for due in (self._due, self._again) if due is not None]
         waits += [kit.sleep(min(pauses))] if pauses else []
         over: Future[None] = Future()
         for each in waits:
@@ -51,16 +55,25 @@ class Watch:
 
     def reasons(self, now: float, situation: Mapping[str, Any]) -> list[str]:
         """Return why to decide now, nothing if it is not time."""
-        found = []
+        periodic = []
         period = self._decision.triggers.every
         if self._due is not None and period is not None and now >= self._due - ROUNDING:
-            found.append(f"every {period:g} s")
+            periodic.append(f"every {period:g} s")
             self._due = max(self._due + period, now)
         seen = self._truths(situation)
         before = {name: not name.startswith(FAULT) for name in seen} | self._before
-        found += [self._turned(name, value) for name, value in seen.items() if before[name] != value]
+        turned = {name: value for name, value in seen.items() if before[name] != value}
         self._before |= seen
-        return found
+        self._undecided |= turned
+        if not (periodic or turned or (self._again is not None and now >= self._again - ROUNDING)):
+            return []
+        return periodic + [self._turned(name, value) for name, value in self._undecided.items()]
+
+    def decided(self, now: float, *, taken: bool) -> None:
+        """Take note whether the decision was taken for the reasons that were returned last."""
+        if taken:
+            self._undecided.clear()
+        self._again = now + RETRY_AFTER if self._undecided else None
 
     def _turned(self, name: str, value: bool) -> str:
         if name.startswith(FAULT):
