@@ -9,7 +9,7 @@ import pytest
 
 from regraft.adaptation_manager.planners.metacontrol.control.keeping import FILE
 from regraft.adaptation_manager.planners.metacontrol.knowledge.knowledge_base import load
-from regraft.bus_schema.messages.management.objectives import ObjectiveState
+from regraft.bus_schema.messages.management.objectives import Objective, ObjectiveState
 from regraft.bus_schema.model.adaptation import ChangeState, SetParameters
 from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.metacontrol.control.bench import PATROL, SKILLS, BreakableReasoner, perform
@@ -117,6 +117,38 @@ def test_without_a_design_the_robot_rests_or_keeps_what_it_has(tmp_path: Path) -
         assert director.states()["controller"] is State.ACTIVE
 
     perform(tmp_path, script, parameters={"without_design": "keep"})
+
+
+def test_a_design_that_is_kept_keeps_what_it_requires(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        await director.add(Objective("to_recharge", "charge"))
+        director.report_component("camera", "FALSE")
+        await director.break_part("laser")
+        await director.wait(1.0)
+        status = await director.status("charge")
+        assert (status.realization, status.state) == ("docking", ObjectiveState.IN_ERROR_COMPONENT)
+        states = director.states()
+        assert (states["dock"], states["controller"]) == (State.ACTIVE, State.ACTIVE)
+        assert "to_navigate.__DEFAULT__" not in [mode for modes in await director.entered() for mode in modes]
+
+    perform(tmp_path, script, parameters={"without_design": "keep"})
+
+
+def test_a_design_that_is_kept_gives_up_what_it_requires_to_another_objective(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        await director.add(Objective("to_recharge", "charge"))
+        await director.break_part("dock")
+        await director.wait(1.0)
+        status = await director.status("charge")
+        assert (status.realization, status.state) == ("docking", ObjectiveState.IN_ERROR_COMPONENT)
+        assert director.states()["controller"] is State.ACTIVE
+        await director.add(PATROL)
+        assert (await director.status("patrol")).mode == "to_navigate.normal"
+        assert (await director.status("charge")).realization == "docking"
+        assert await director.entered() == [["to_recharge.docking", "to_navigate.performance"], ["to_navigate.normal"]]
+
+    seen = SKILLS.replace("Component dock {", "Component dock observable {")
+    perform(tmp_path, script, skills=seen, parameters={"without_design": "keep"})
 
 
 def test_while_it_is_inactive_the_robot_goes_on_with_what_stands(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from regraft.adaptation_manager.planners.metacontrol.control.groundings import G
 from regraft.adaptation_manager.planners.metacontrol.control.measurements import Times
 from regraft.adaptation_manager.planners.metacontrol.control.modes.designs import Designs
 from regraft.adaptation_manager.planners.metacontrol.control.monitor import Monitor
-from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Model, Objective
+from regraft.adaptation_manager.planners.metacontrol.knowledge.model import Model, Objective, is_of
 from regraft.adaptation_manager.planners.metacontrol.knowledge.statuses import Status
 from regraft.adaptation_manager.planners.metacontrol.reasoning.analysis import Analyser, Analysis
 from regraft.adaptation_manager.planners.metacontrol.reasoning.decisions import Plan
@@ -47,14 +47,22 @@ class Decided:
     returned: frozenset[str] = frozenset()
 
     def kept(self, groundings: Groundings, designs: Designs) -> tuple[Grounded, ...]:
-        """Return the groundings of objectives that have no further design, but for those in the way."""
-        chosen = [each.design for each in self.plan.decisions if each.design is not None]
-        without = {each.objective for each in self.plan.decisions if each.design is None}
-        return tuple(
-            each
-            for each in groundings
-            if each.objective in without and not any(designs.clash(each.design, other) for other in chosen)
-        )
+        """Return the groundings of objectives that have no further design, and of what these require.
+
+        One that is in the way of what was chosen is left out, with what it requires.
+        """
+        decisions = self.plan.decisions
+        chosen = {each.objective: each.design for each in decisions if each.design is not None}
+        without = [each.objective for each in decisions if each.design is None]
+
+        def is_below(grounded: Grounded, names: Collection[str]) -> bool:
+            return any(is_of(grounded.objective, name) for name in names)
+
+        left = [each for each in groundings if each.objective not in chosen and is_below(each, without)]
+        clashing = [
+            each.objective for each in left if any(designs.clash(each.design, other) for other in chosen.values())
+        ]
+        return tuple(each for each in left if not is_below(each, clashing))
 
 
 def situation_of(model: Model, known: Known, now: float, times: Times) -> tuple[Situation, dict[str, dict[str, float]]]:
