@@ -124,6 +124,24 @@ def test_without_an_objective_anything_that_keeps_the_rules_is_found(name: str) 
     assert solver_named(name).solve(problem).found[0].chosen == (2, 1)
 
 
+@pytest.mark.parametrize("name", SOLVERS)
+def test_where_a_part_of_the_objective_that_counts_always_is_unknown_nothing_is_found(name: str) -> None:
+    if name == "cp_sat":
+        needs_cp_sat()
+    terms = (Term((0,), np.array([1.0, 2.0])), Term((), np.array(UNKNOWN)))
+    found = solver_named(name).solve(Problem((2, 2), (), terms))
+    assert (found.found, found.proven, found.bound) == ((), True, UNKNOWN)
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+def test_what_is_worth_nothing_everywhere_is_found_with_that_worth(name: str) -> None:
+    if name == "cp_sat":
+        needs_cp_sat()
+    for worth in (np.zeros(2), np.array([UNKNOWN, 0.0])):
+        found = solver_named(name).solve(Problem((2, 2), (), (Term((0,), worth),)))
+        assert (found.found[0].worth, found.proven, found.bound) == (0.0, True, 0.0)
+
+
 def test_a_search_that_is_given_up_says_how_much_better_the_best_may_be() -> None:
     problem = chain(Random("cut short"), 9, 10, 0.35)
     whole = BranchAndBound().solve(problem)

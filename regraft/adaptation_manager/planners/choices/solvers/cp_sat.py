@@ -9,12 +9,14 @@ from typing import Any, Final
 
 import numpy as np
 
-from regraft.adaptation_manager.planners.choices.problem import Problem
+from regraft.adaptation_manager.planners.choices.problem import UNKNOWN, Problem
 from regraft.adaptation_manager.planners.choices.rules.rules import Clause, Limit, Relation, Rule, bits
 from regraft.adaptation_manager.planners.choices.solvers.protocol import UNLIMITED, CannotSolve, Effort, Found, Solution
 
 SCALE: Final = 2**40
 """The whole number that the greatest sum of objective or amounts becomes: CP-SAT adds up whole numbers only."""
+LEAST: Final = 1e-290
+"""The least sum that becomes so great: the scale of anything less would be infinite."""
 SEED: Final = 1
 STEPS_PER_SECOND: Final = 1_000_000
 """Steps of an effort that make one second of CP-SAT's deterministic time."""
@@ -29,6 +31,8 @@ class CpSat:
         """Return the best ``most`` combinations, one after the other; raises CannotSolve."""
         cp_model = _imported()
         began, clock = time.process_time(), time.monotonic()
+        if any(not term.slots and float(term.worth) == UNKNOWN for term in problem.terms):
+            return Solution(self.name, (), -math.inf, True, 0, time.process_time() - began)
         model = _Model(cp_model, problem)
         found: list[Found] = []
         bound, proven, steps = math.inf, True, 0
@@ -113,7 +117,7 @@ class _Model:
 
     def _keep_limit(self, rule: Limit) -> None:
         greatest = sum(max(map(abs, amounts)) for _, amounts in rule.uses)
-        scale = SCALE / max(greatest, abs(rule.bound), 1e-300)
+        scale = SCALE / max(greatest, abs(rule.bound), LEAST)
         uses = [
             (self._is[slot][index], math.floor(amount * scale))
             for slot, amounts in rule.uses
@@ -125,7 +129,7 @@ class _Model:
         known = [term for term in problem.terms if term.slots]
         self._constant = sum((float(term.worth) for term in problem.terms if not term.slots), 0.0)
         sums = [np.abs(term.worth[np.isfinite(term.worth)]).max(initial=0.0) for term in known]
-        self._scale = SCALE / max(float(sum(sums)), 1e-300)
+        self._scale = SCALE / max(float(sum(sums)), LEAST)
         self._rounded = float(len(known))
         self.model.maximize(sum((self._worth(term.slots, term.worth) for term in known), 0))
 
