@@ -12,6 +12,7 @@ from regraft.adaptation_manager.planners.metacontrol.control.groundings import G
 from regraft.adaptation_manager.planners.metacontrol.control.keeping import FILE
 from regraft.adaptation_manager.planners.metacontrol.knowledge.knowledge_base import load
 from regraft.adaptation_manager.planners.metacontrol.skills.generators.system_modes import system_modes
+from regraft.adaptation_manager.planners.metacontrol.skills.skill_model import SkillSet
 from regraft.bus_schema.messages.management.objectives import Objective, ObjectiveState
 from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
 from regraft.bus_schema.model.adaptation import EnterMode, SetParameters
@@ -30,6 +31,9 @@ Realization normal of to_watch {
   Quality [safety: 0.9]; context: Default
 };
 """
+)
+LIKE_OTHERS = SHARED.replace("Realization normal of to_watch", "Realization NAME of to_watch").replace(
+    "Component dock active\n", "Component laser active\n"
 )
 OF_ROBOT = SKILLS.replace("Component laser", "Component robot/laser")
 
@@ -105,6 +109,37 @@ def test_a_realization_to_begin_with_has_the_name_of_its_file_though_skills_shar
             replace(PATROL, realization="normal"), Objective("to_watch", "watch", realization="normal")
         )
         assert [each.mode for each in found.objectives] == ["to_navigate.normal", "to_watch.normal"]
+
+    perform(tmp_path, script, skills=SHARED)
+
+
+@pytest.mark.parametrize("name", ["laser", "to_watch"])
+@pytest.mark.parametrize("one_system", ["", "robot"])
+def test_a_realization_may_be_named_like_a_skill_or_an_observable_component(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, one_system: str
+) -> None:
+    monkeypatch.setattr(bench, "system_modes", lambda skills: system_modes(skills, one_system))
+
+    async def script(director: Director) -> None:
+        found = await director.add(Objective("to_watch", "watch", realization=name))
+        assert [each.mode for each in found.objectives] == [f"{one_system or 'to_watch'}.{name}"]
+
+    perform(tmp_path, script, skills=LIKE_OTHERS.replace("NAME", name))
+
+
+def test_a_realization_without_a_mode_does_not_take_that_of_another_skill_with_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def without_normal(skills: SkillSet) -> str:
+        text = system_modes(skills)
+        return text.replace("      normal:", "      renamed:", 1)
+
+    monkeypatch.setattr(bench, "system_modes", without_normal)
+
+    async def script(director: Director) -> None:
+        await director.add(PATROL, Objective("to_watch", "watch"))
+        assert (await director.status("patrol")).mode != "to_watch.normal"
+        assert (await director.status("watch")).mode == "to_watch.normal"
 
     perform(tmp_path, script, skills=SHARED)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -42,7 +42,8 @@ class Designs:
     def __init__(self, model: Model, architecture: Architecture, scope: str) -> None:
         self._modes = architecture.modes
         chosen = (name for name, design in model.designs.items() if not design.is_rest)
-        self._by_design = {name: _mode_of(name, model, architecture, scope) for name in chosen}
+        functions = {local_name(each.function) for each in model.designs.values()}
+        self._by_design = {name: _mode_of(name, model, architecture, scope, functions) for name in chosen}
         self._by_mode = {each.mode: each for each in self._by_design.values() if each.mode}
         self._without_mode = {name: each.problem for name, each in self._by_design.items() if each.problem}
         self._claimed_by: dict[str, list[str]] = {}
@@ -92,10 +93,12 @@ class Designs:
         return ""
 
 
-def _mode_of(design: str, model: Model, architecture: Architecture, scope: str) -> DesignMode:
+def _mode_of(
+    design: str, model: Model, architecture: Architecture, scope: str, functions: Collection[str]
+) -> DesignMode:
     own, function = local_name(design), local_name(model.designs[design].function)
     prefix = f"{scope.replace('.', '/')}/" if scope else ""
-    mode = _found(own, function, prefix, architecture)
+    mode = _found(own, function, prefix, architecture, functions)
     if not mode:
         wanted = f"{prefix}{function}.{own}"
         why = f"{own}: there is no mode {wanted!r}; {instead_of(wanted, architecture.modes)}"
@@ -110,15 +113,22 @@ def _mode_of(design: str, model: Model, architecture: Architecture, scope: str) 
     return DesignMode(design, mode, part_of(mode), known, changes, claims, function=solved)
 
 
-def _found(own: str, function: str, prefix: str, architecture: Architecture) -> str:
+def _found(own: str, function: str, prefix: str, architecture: Architecture, functions: Collection[str]) -> str:
     """Return the mode that a design is: one of its function's system, else the only one of that name in any system.
 
-    A design that shares its name with another function's has the function before it, and its mode has not.
+    A design that shares its name with something else has the function before it, and its mode has not. That name is
+    not looked for in the systems of other ``functions``, which may have it, too.
     """
-    for name in (own, own.removeprefix(f"{function}_")):
+    short = own.removeprefix(f"{function}_")
+    for name in (own, short):
         if f"{prefix}{function}.{name}" in architecture.modes:
             return f"{prefix}{function}.{name}"
-    others = [name for name in architecture.modes if name.startswith(prefix) and name.rpartition(".")[2] == own]
+    modes = [each.rpartition(".") for each in architecture.modes if each.startswith(prefix)]
+    others = [f"{system}.{name}" for system, _, name in modes if name == own] or [
+        f"{system}.{name}"
+        for system, _, name in modes
+        if name == short and system.removeprefix(prefix) not in functions
+    ]
     return others[0] if len(others) == 1 else ""
 
 

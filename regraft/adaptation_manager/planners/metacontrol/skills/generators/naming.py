@@ -15,6 +15,10 @@ class Names:
         self._taken = set(taken)
         self._next: dict[str, int] = {}
 
+    def __contains__(self, name: str) -> bool:
+        """Return whether a name is taken."""
+        return name in self._taken
+
     def take(self, wanted: str) -> str:
         """Return the name, with a number behind it if it is taken."""
         name, number = wanted, self._next.get(wanted, 2)
@@ -26,7 +30,11 @@ class Names:
 
 
 def qualified(realizations: Iterable[Realization], names: Names) -> dict[Realization, str]:
-    """Return a name for each realization. One that several skills use has its skill before it, in each of them."""
+    """Return a name for each realization: its own, with its skill before it if several skills use it or it is taken."""
     every = tuple(realizations)
     uses = Counter(each.name for each in every)
-    return {each: names.take(each.name if uses[each.name] == 1 else f"{each.skill}_{each.name}") for each in every}
+    found = {}
+    for each in every:
+        is_own = uses[each.name] == 1 and each.name not in names
+        found[each] = names.take(each.name if is_own else f"{each.skill}_{each.name}")
+    return found
