@@ -138,6 +138,18 @@ def test_a_forecast_that_starts_amid_a_fault_decides_once_it_knows_enough(tmp_pa
 
 
 @both
+def test_what_a_fault_prescribes_is_chosen_though_nothing_can_be_expected(tmp_path: Path, name: str) -> None:
+    prescribed = LOST.replace("excludes: {pace: [0.18, 0.26]}", "prescribes: {pace: 0.1}")
+    with bench(tmp_path, name, prescribed + "triggers: {on_fault: true}\n") as on:
+        on.fails("wheels")
+        on.rig.advance(1.0)
+        assert on.paces == [0.1]
+        found = on.propose(apply=False).choice
+        assert found["option"] == {"pace": 0.1}
+        assert "the prescribed solution is not possible" not in " ".join(map(str, found["notes"]))
+
+
+@both
 def test_a_fault_holds_from_the_failure_of_its_component_to_its_recovery(tmp_path: Path, name: str) -> None:
     with bench(tmp_path, name, LOST) as on:
         on.dark(0.2)

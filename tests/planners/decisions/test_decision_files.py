@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from random import Random
 
@@ -14,6 +15,7 @@ from regraft.adaptation_manager.planners.choices.solvers.branch_and_bound import
 from regraft.adaptation_manager.planners.decisions.checking import not_learned, not_predicted
 from regraft.adaptation_manager.planners.decisions.question import Question, question_of
 from regraft.adaptation_manager.planners.decisions.reading import read_decision
+from regraft.adaptation_manager.planners.decisions.showing import choice_lines
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.adaptation import ChangeState, SetParameters
 from regraft.bus_schema.model.lifecycle import Transition
@@ -120,6 +122,33 @@ def test_a_fault_excludes_alternatives_and_is_named_as_the_reason(tmp_path: Path
 def test_what_a_fault_prescribes_comes_first(tmp_path: Path) -> None:
     _, choice = asked(tmp_path, {**DAY, "hot": 30.0})
     assert values(choice)[1:] == ("silent", 0.1)
+
+
+def test_what_is_prescribed_is_chosen_though_the_utility_of_that_alone_is_unknown(tmp_path: Path) -> None:
+    text = RESCUER.replace("seeing * sight +", "(seeing if wheels.speed > 0.2 else lost) * sight +")
+    text = text.replace("choices:\n", "  lost:    {topic: lost, field: share}\nchoices:\n", 1)
+    question, choice = asked(tmp_path, {**DAY, "hot": 30.0}, text)
+    assert values(choice)[1:] == ("silent", 0.1)
+    assert choice.utility is None
+    assert not any("the prescribed solution is not possible" in note for note in question.notes)
+    assert any("lost is not known" in note for note in question.notes)
+    lines = list(choice_lines(question.decision, question, choice))
+    assert lines[0].endswith("utility unknown")
+    _, choice = asked(tmp_path, DAY, text)
+    assert values(choice)[2] == 0.26
+
+
+@pytest.mark.parametrize("speed", [0.1, 0.26])
+def test_where_the_utility_is_unknown_what_is_not_prescribed_stays(tmp_path: Path, speed: float) -> None:
+    text = RESCUER.replace("{radio: silent, speed: 0.1}", "{radio: silent}").replace("utility: seeing", "utility: lost")
+    text = text.replace("choices:\n", "  lost:    {topic: lost, field: share}\nchoices:\n", 1)
+    now = wheeled()
+    wheels = now.components["wheels"]
+    now = now.with_component(replace(wheels, parameters={**wheels.parameters, "max_velocity": speed}))
+    question = question_of(read_decision(written(tmp_path, text)), {**DAY, "hot": 30.0}, ClassEstimates(now))
+    choice = question.choose(now, BranchAndBound())
+    assert values(choice)[1:] == ("silent", speed)
+    assert not any(isinstance(change, SetParameters) for change in choice.changes)
 
 
 def test_what_is_prescribed_where_several_may_be_chosen_is_some_of_it_and_nothing_else(tmp_path: Path) -> None:

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
+import numpy as np
+
 from regraft.adaptation_manager.planners.choices.explanation import (
     ESTIMATED,
     MEASURED,
@@ -17,7 +19,7 @@ from regraft.adaptation_manager.planners.choices.explanation import (
 )
 from regraft.adaptation_manager.planners.choices.in_architecture import all_stand, changes_for
 from regraft.adaptation_manager.planners.choices.objective import Evaluation
-from regraft.adaptation_manager.planners.choices.problem import Problem
+from regraft.adaptation_manager.planners.choices.problem import UNKNOWN, Problem, Term
 from regraft.adaptation_manager.planners.choices.rules.infeasible import impossible
 from regraft.adaptation_manager.planners.choices.rules.rulebook import Rulebook
 from regraft.adaptation_manager.planners.choices.slots import Option, Slot, option_of
@@ -31,7 +33,10 @@ RUNNERS_UP: Final = 3
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """The result of choosing: the option, its utility, the changes that lead to it, and why; None if there is none."""
+    """The result of choosing: the option, its utility, the changes that lead to it, and why; None if there is none.
+
+    An option without a utility was chosen by the rules alone.
+    """
 
     option: Option | None
     utility: float | None
@@ -92,6 +97,41 @@ def choose(
     return Choice(option, chosen.worth, changes_for(option.settings, architecture), explanation)
 
 
+def choose_by_rules(
+    evaluation: Evaluation,
+    rulebook: Rulebook,
+    architecture: Architecture,
+    solver: Solver,
+    *,
+    effort: Effort = UNLIMITED,
+    predicted: Mapping[str, Expression] | None = None,
+) -> Choice:
+    """Return a combination by the rules alone, without its worth: one that leaves most slots as they are.
+
+    Raises:
+        CannotSolve: the solver cannot take the problem on.
+    """
+    slots = evaluation.slots
+    present = standing_selections(slots, architecture)
+    sizes = tuple(len(slot.selections) for slot in slots)
+    terms = [
+        Term((slot,), (np.arange(sizes[slot]) == selection).astype(np.float64))
+        for slot, selection in enumerate(present)
+        if selection is not None
+    ]
+    problem = Problem(sizes, tuple(rulebook.rules), tuple(terms))
+    solution = solver.solve(problem, 1, effort)
+    chosen = solution.found[0] if solution.found else None
+    known = standing(slots, architecture)
+    stands = None if known is None or not problem.keeps(known) else Found(UNKNOWN, known)
+    context = _Explaining(evaluation, rulebook, problem, predicted or {}, by_rules=True)
+    explanation = context.explain(solution, chosen, stands)
+    if chosen is None:
+        return Choice(None, None, (), explanation)
+    option = option_of(slots, chosen.chosen)
+    return Choice(option, None, changes_for(option.settings, architecture), explanation)
+
+
 def _chosen(solution: Solution, stands: Found | None, margin: float) -> Found | None:
     best = solution.found[0] if solution.found else None
     if stands is not None and stands.worth > float("-inf") and (best is None or best.worth <= stands.worth + margin):
@@ -107,6 +147,7 @@ class _Explaining:
     rulebook: Rulebook
     problem: Problem
     predicted: Mapping[str, Expression]
+    by_rules: bool = False
 
     def explain(self, solution: Solution, chosen: Found | None, stands: Found | None) -> Explanation:
         """Return the explanation of a choice."""
@@ -149,6 +190,6 @@ class _Explaining:
             return f"{solution.solver} found nothing within its effort, after {solution.steps} steps"
         unknown = "; ".join(self.evaluation.unknown)
         members = range(len(self.problem.sizes))
-        if unknown:
+        if unknown and not self.by_rules:
             return f"nothing can be expected: {unknown}"
         return impossible(self.problem.sizes, members, self.problem.rules, self.rulebook.texts)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, Final
 
-from regraft.adaptation_manager.planners.choices.choosing import Choice, choose
+from regraft.adaptation_manager.planners.choices.choosing import Choice, choose, choose_by_rules
 from regraft.adaptation_manager.planners.choices.estimates import Estimator
 from regraft.adaptation_manager.planners.choices.explanation import exclusions
 from regraft.adaptation_manager.planners.choices.objective import Evaluation, Objective, finite
@@ -47,12 +47,23 @@ class Question:
         )
 
     def choose(self, architecture: Architecture, solver: Solver, effort: Effort = UNLIMITED) -> Choice:
-        """Return the best of what faults prescribe, if that is possible, else of all; raises as `choosing.choose`."""
+        """Return the best of what faults prescribe, if that is possible, else of all; raises as `choosing.choose`.
+
+        The utility of a prescribed combination need not be known.
+        """
         if self.prescribed:
-            found = self._chosen(self._narrowed(), architecture, solver, effort)
+            narrowed = self._narrowed()
+            found = self._chosen(narrowed, architecture, solver, effort)
             if found.option is not None:
                 return found
-            self.notes.append(f"the prescribed solution is not possible: {found.explanation.nothing}")
+            unvalued = choose_by_rules(
+                self.evaluation, narrowed, architecture, solver, effort=effort, predicted=self._predicted()
+            )
+            if unvalued.option is not None:
+                why = found.explanation.nothing
+                self.notes.append(f"what is prescribed is chosen without a utility, most of the rest stays: {why}")
+                return unvalued
+            self.notes.append(f"the prescribed solution is not possible: {unvalued.explanation.nothing}")
         return self._chosen(self.rulebook, architecture, solver, effort)
 
     def _narrowed(self) -> Rulebook:
@@ -71,17 +82,19 @@ class Question:
         return [asdict(each) for each in exclusions(slots, problem, self.rulebook.texts)]
 
     def _chosen(self, rulebook: Rulebook, architecture: Architecture, solver: Solver, effort: Effort) -> Choice:
-        decision = self.decision
-        predicted = {name: Expression(name) for name in decision.estimated() if name not in decision.weights}
         return choose(
             self.evaluation,
             rulebook,
             architecture,
             solver,
-            margin=decision.margin,
+            margin=self.decision.margin,
             effort=effort,
-            predicted=predicted,
+            predicted=self._predicted(),
         )
+
+    def _predicted(self) -> dict[str, Expression]:
+        decision = self.decision
+        return {name: Expression(name) for name in decision.estimated() if name not in decision.weights}
 
 
 def question_of(

@@ -54,7 +54,7 @@ def choice_lines(decision: Decision, question: Question, choice: Choice) -> Iter
         yield f"chosen: nothing, because {told.nothing}"
     else:
         names = [slot.name for slot in decision.slots]
-        yield f"chosen: {shown(names, choice.option.values)}, utility {choice.utility:.4g}"
+        yield f"chosen: {shown(names, choice.option.values)}, utility {_number(choice.utility)}"
         yield from (f"  {_change(change)}" for change in choice.changes)
         if not choice.changes:
             yield "  it stands already"

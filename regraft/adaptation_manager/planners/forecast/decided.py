@@ -60,9 +60,8 @@ class Decided:
             why = f"nothing is chosen: {choice.explanation.nothing}"
         else:
             best = [f"{', '.join(map(str, each.values))}: {each.utility:.4g}" for each in choice.explanation.runners_up]
-            why = (
-                f"expected {choice.utility:.4g} of {shown([s.name for s in self.decision.slots], choice.option.values)}"
-            )
+            chosen = shown([s.name for s in self.decision.slots], choice.option.values)
+            why = f"prescribed: {chosen}" if choice.utility is None else f"expected {choice.utility:.4g} of {chosen}"
             why += f" ({'; '.join(best)})" if best else ""
         return choice.option, {"strategy": STRATEGY, "decision": self.decision.name, "why": why, **told}
 
