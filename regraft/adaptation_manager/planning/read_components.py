@@ -37,8 +37,8 @@ class Silent:
     """A component that did not answer, and ``why``; ``code`` is that for programs.
 
     ``broken`` means that it is not about to come back by itself. ``may_act`` means that it may have a process.
-    ``replaceable`` means that a swap can start another in its place. ``out_of_reach`` means that its host is silent,
-    and does not count as lost.
+    ``replaceable`` means that a swap can start another in its place. ``out_of_reach`` means that its host may run it
+    and does not answer.
     """
 
     why: str
@@ -98,8 +98,10 @@ async def read_components(
 def _silent(name: str, host: str, error: ControlFailed, controls: ComponentClient, hosts: Hosts) -> Silent:
     process = controls.processes.get(name)
     if host in hosts.silent:
-        lost = host in hosts.lost
-        return Silent(f"its {hosts.why_not_there(host)}", lost, False, False, not lost, hosts.how_not_there(host))
+        code = hosts.how_not_there(host)
+        # A host that has not joined runs nothing, as certainly as one that is lost.
+        gone = host in hosts.lost or code is UnreachedCode.HOST_ABSENT
+        return Silent(f"its {hosts.why_not_there(host)}", gone, False, False, not gone, code)
     replaceable = process is not None and _is_broken(process, error)
     hangs = isinstance(error, NoAnswer) and not error.gone
     may_act = process is not None and process.state not in NOT_RUNNING

@@ -99,6 +99,17 @@ def test_what_is_only_to_do_less_is_reported_too_and_what_is_removed_is_not(apar
     assert _unreached(apart.adapt(Remove("fragile"))) == []
 
 
+def test_what_is_only_to_do_less_may_be_on_a_host_that_has_not_joined(apart: System) -> None:
+    waits = ProcessStatus("fragile", 0, ProcessState.WAITING, exit_reason="its host has not joined")
+    apart.host.others = (OtherHost("edge", HostState.ABSENT, (waits,)),)
+    absent = [("fragile", UnreachedCode.HOST_ABSENT, "edge", "its host 'edge' has not joined")]
+    for change in (ChangeState("fragile", Transition.DEACTIVATE), SetParameters("fragile", {"level": 2})):
+        assert _unreached(apart.adapt(change)) == absent
+    report = apart.adapt(ChangeState("fragile", Transition.ACTIVATE))
+    assert report.outcome is Outcome.REJECTED
+    assert [each.field for each in report.violations] == ["status"]
+
+
 def test_a_component_without_a_process_is_not_running(system: System) -> None:
     system.running.pop("fragile").kill()
     system.host.ended("fragile")
