@@ -65,7 +65,7 @@ def _state(step: PlannedStep) -> dict[str, object]:
 
 
 async def begin_again(context: ExecutionContext, names: Collection[str]) -> list[str]:
-    """Have components without a step begin again, if they are back by the later spec; returns why that failed.
+    """Have components that no step brings back begin again, if they are back by the later spec; returns why not.
 
     They did not answer in the check: a run that does not answer now has come since. One whose host is not there is
     noted as out of reach: it begins again as that joins.

@@ -23,6 +23,7 @@ from regraft.adaptation_manager.steps.actions import (
     Restore,
     RunProcess,
     StartAgain,
+    StayDown,
 )
 from regraft.adaptation_manager.targets.component_client import ControlFailed, NoAnswer
 from regraft.adaptation_manager.targets.context import ExecutionContext
@@ -166,9 +167,9 @@ async def undo(
     """Undo the begun ones of ``steps`` in reverse; returns what could not be undone, in words. Updates ``steps``.
 
     Hosts get the former specs first: a component that restarts from here on is as before, and an added one does not
-    restart. Those on a host that is not there are noted as out of reach. Those that were ``unreached`` have no step; if
-    they are back, they begin again. In the end the components are read back: this, not their answers, shows what was
-    undone.
+    restart. Those on a host that is not there are noted as out of reach. Those that were ``unreached`` have no step
+    that brings them back; if they are back, they begin again. In the end the components are read back: this, not their
+    answers, shows what was undone.
     """
     problems = []
     context.revision = context.before.revision
@@ -197,8 +198,20 @@ async def undo(
     if back or unknown:
         problems += await _give_home(context, former, sorted(back | unknown))
     changed = {spec.name for spec in former.specs} & context.after.components.keys()
-    problems += await begin_again(context, changed.intersection(unreached) - {step.component for step in planned})
+    problems += await begin_again(context, changed.intersection(unreached) - _brought_back(planned, steps))
     return problems + await _read_back(context, planned, steps)
+
+
+def _brought_back(planned: tuple[PlannedStep, ...], steps: list[StepReport]) -> set[str]:
+    """Return the components whose steps bring back what was before, or had not begun.
+
+    To leave a silent component down has no inverse: its host may have started it by the later spec since.
+    """
+    return {
+        step.component
+        for step, report in zip(planned, steps, strict=True)
+        if report.state is StepState.PLANNED or not isinstance(step.do, StayDown)
+    }
 
 
 async def _read_back(context: ExecutionContext, planned: tuple[PlannedStep, ...], steps: list[StepReport]) -> list[str]:

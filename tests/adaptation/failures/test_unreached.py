@@ -135,12 +135,13 @@ def test_a_host_that_falls_silent_under_an_undo_leaves_nothing_stuck_however_sho
     assert report.outcome is Outcome.CANCELLED, report.error
 
 
+@pytest.mark.parametrize("end", [ProcessState.STOPPED, ProcessState.WAITING])
 @pytest.mark.parametrize("interrupted", [False, True])
 def test_a_component_that_comes_back_while_a_change_is_confirmed_is_as_before_once_that_is_undone(
-    system: System, interrupted: bool
+    system: System, interrupted: bool, end: ProcessState
 ) -> None:
     system.running.pop("fragile").kill()
-    system.host.ended("fragile")
+    system.host.ended("fragile", end)
     lower = (SetParameters("fragile", {"level": 2}), ChangeState("fragile", Transition.DEACTIVATE))
     line = system.adapt(*lower, confirm=60.0, wait=False)
     wait_until(lambda: system.lines(id=line.id).entries[0].outcome is Outcome.CONFIRMING)
