@@ -198,7 +198,11 @@ async def undo(
     if back or unknown:
         problems += await _give_home(context, former, sorted(back | unknown))
     changed = {spec.name for spec in former.specs} & context.after.components.keys()
-    problems += await begin_again(context, changed.intersection(unreached) - _brought_back(planned, steps))
+    later = changed.intersection(unreached) - _brought_back(planned, steps)
+    if context.out_of_reach:
+        problems += await _give_missed(context, former)
+        later |= changed & _passed_over(context, planned)
+    problems += await begin_again(context, later)
     return problems + await _read_back(context, planned, steps)
 
 
@@ -272,6 +276,28 @@ async def _give_home(context: ExecutionContext, former: UpdateSpecs, names: list
     except ControlFailed as error:
         return [f"the former specs of {', '.join(names)}: {error}"]
     return []
+
+
+async def _give_missed(context: ExecutionContext, former: UpdateSpecs) -> list[str]:
+    """Give the former specs again, since a host may have fallen silent after it took them; returns why that failed.
+
+    Such a host has to join again, as it missed specs. A component there has kept the change, and begins again then.
+    """
+    try:
+        await _give(context, former)
+        await context.refresh()
+    except ControlFailed as error:
+        return [f"the former specs of {', '.join(sorted(context.out_of_reach))}: {error}"]
+    return []
+
+
+def _passed_over(context: ExecutionContext, planned: tuple[PlannedStep, ...]) -> set[str]:
+    """Return the components whose steps were undone without being performed: their hosts may be back by now."""
+    return {
+        step.component
+        for step in planned
+        if step.component in context.out_of_reach and not isinstance(step.undo, OF_PROCESSES)
+    }
 
 
 async def _undo_step(context: ExecutionContext, step: PlannedStep, state: StepState) -> str:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
 
 import pytest
 
 from regraft.bus.memory_bus import MemoryBus, MemoryQuery
+from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.host import HostStatus, OtherHost, ProcessState, ProcessStatus, UpdateSpecs
 from regraft.bus_schema.model.adaptation import (
     AdaptationReport,
+    AdaptationRequest,
     ChangeState,
     EnterMode,
     Outcome,
@@ -22,8 +25,9 @@ from regraft.bus_schema.model.adaptation import (
 )
 from regraft.bus_schema.model.hosts.host_state import HostState
 from regraft.bus_schema.model.lifecycle import State, Transition
+from tests.adaptation.parts import Fragile
 from tests.adaptation.system import SYSTEM, System, small_architecture
-from tests.support.waiting import wait_until
+from tests.support.waiting import PATIENCE, wait_until
 
 NORMAL = [
     {"change": "transition", "component": "fragile", "transition": "activate"},
@@ -31,15 +35,15 @@ NORMAL = [
 ]
 
 
-def _place_on_edge(system: System) -> None:
-    """Place the fragile component on another host."""
+def _place_on_edge(system: System, name: str = "fragile") -> None:
+    """Place a component on another host."""
     small = small_architecture()
-    fragile = replace(small.components["fragile"], host="edge")
-    components = {**small.components, "fragile": fragile}
+    placed = replace(small.components[name], host="edge")
+    components = {**small.components, name: placed}
     host = system.host
     host.architecture = replace(small, components=components, hosts=("local", "edge"), modes={"normal": NORMAL})
-    host.specs["fragile"] = fragile
-    del host.processes["fragile"]
+    host.specs[name] = placed
+    del host.processes[name]
 
 
 @pytest.fixture
@@ -55,26 +59,65 @@ def apart(bare_system: System) -> System:
 
 
 class Edge:
-    """The host of the fragile component. As it gets the former specs its link is cut, and that is seen at once."""
+    """The host of a component that gets a ``later`` value.
 
-    def __init__(self, system: System) -> None:
+    As it gets the former specs its link is cut, and that is seen at once. If it ``takes_former``, that is so at the
+    next question.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        name: str = "fragile",
+        later: tuple[str, PlainValue] = ("level", 2),
+        takes_former: bool = False,
+    ) -> None:
         self.is_cut = False
+        self.started_again = False
+        self._takes_former = takes_former
+        self._has_former = False
         self._system = system
-        self._process = ProcessStatus("fragile", 1, ProcessState.RUNNING, pid=1)
+        self._later = later
+        self._process = ProcessStatus(name, 1, ProcessState.RUNNING, pid=1)
         self.is_seen(HostState.JOINED)
-        MemoryBus(system.hub).serve(Keys(SYSTEM).host("edge", "specs"), self._specs)
+        bus, keys = MemoryBus(system.hub), Keys(SYSTEM)
+        bus.serve(keys.host("edge", "specs"), self._specs)
+        bus.serve(keys.host("edge", "stop"), self._stop)
+        bus.serve(keys.host("edge", "start"), self._start)
 
     def is_seen(self, state: HostState) -> None:
         """Have the first host report it so."""
-        self._system.host.others = (OtherHost("edge", state, (self._process,)),)
+        joined = state is HostState.JOINED
+        process = self._process if joined or not self._takes_former else replace(self._process, state=ProcessState.LOST)
+        self._system.host.others = (OtherHost("edge", state, (process,)),)
+
+    def heal(self) -> None:
+        """Answer again, without having to join again."""
+        self.is_cut = False
+        self.is_seen(HostState.JOINED)
 
     def _specs(self, query: MemoryQuery) -> None:
         update = codec.decode(query.payload, UpdateSpecs)
-        if any(spec.parameters.get("level") != 2 for spec in update.specs):
+        is_former = any(self._later not in spec.parameters.items() for spec in update.specs)
+        if (is_former and not self._takes_former) or (self._has_former and not update.specs):
+            self._has_former = False
             self.is_cut = True
             self.is_seen(HostState.SILENT)
+        elif is_former:
+            self._has_former = True
         if not self.is_cut:
-            query.reply(codec.encode(HostStatus("edge", 0.0, 1, (self._process,), term=update.term or 0)))
+            self._answer(query)
+
+    def _stop(self, query: MemoryQuery) -> None:
+        self._process = replace(self._process, state=ProcessState.STOPPED, pid=0)
+        self._answer(query)
+
+    def _start(self, query: MemoryQuery) -> None:
+        self.started_again = True
+        self._answer(query)
+
+    def _answer(self, query: MemoryQuery) -> None:
+        query.reply(codec.encode(HostStatus("edge", 0.0, 1, (self._process,), term=self._system.host.term)))
 
 
 def _unreached(report: AdaptationReport) -> list[tuple[str, UnreachedCode, str, str]]:
@@ -133,6 +176,40 @@ def test_a_host_that_falls_silent_under_an_undo_leaves_nothing_stuck_however_sho
     report = bare_system.cancel(line.id)
     assert edge.is_cut
     assert report.outcome is Outcome.CANCELLED, report.error
+
+
+def test_a_host_that_falls_silent_before_its_step_is_undone_is_known_to_have_missed_that(bare_system: System) -> None:
+    _place_on_edge(bare_system)
+    edge = Edge(bare_system, takes_former=True)
+    bare_system.start_manager(answer_within=0.4)
+    line = bare_system.adapt(SetParameters("fragile", {"level": 2}), confirm=60.0, wait=False)
+    wait_until(lambda: bare_system.lines(id=line.id).entries[0].outcome is Outcome.CONFIRMING)
+    report = bare_system.cancel(line.id)
+    assert edge.is_cut
+    assert report.outcome is Outcome.CANCELLED, report.error
+    assert [(each.component, each.code) for each in report.unreached] == [("fragile", UnreachedCode.HOST_SILENT)]
+    last = bare_system.host.updates[-1]
+    assert last.not_told == ("edge",)
+    assert [spec.parameters.get("level", 0) for spec in last.specs] == [0]
+
+
+def test_a_component_whose_host_answers_again_before_the_undo_ends_begins_again(bare_system: System) -> None:
+    _place_on_edge(bare_system, "listener")
+    edge = Edge(bare_system, "listener", ("label", "fancy"), takes_former=True)
+    bare_system.start_manager()
+    assert bare_system.adapt(SetParameters("fragile", {"mood": "hangs"})).outcome is Outcome.APPLIED
+    far, slow = SetParameters("listener", {"label": "fancy"}), SetParameters("fragile", {"mood": "well", "level": 2})
+    request = AdaptationRequest((slow, far), confirm=60.0, wait=False)
+    line = bare_system.client.call("adaptation_manager/adapt", request, AdaptationReport)
+    wait_until(lambda: bare_system.lines(id=line.id).entries[0].outcome is Outcome.CONFIRMING)
+    cancelling = threading.Thread(target=bare_system.cancel, args=(line.id,))
+    cancelling.start()
+    wait_until(lambda: bare_system.running["fragile"].component.level == 0, "the other step to be undone")
+    assert edge.is_cut
+    edge.heal()
+    Fragile.release.set()
+    cancelling.join(PATIENCE)
+    assert edge.started_again
 
 
 @pytest.mark.parametrize("end", [ProcessState.STOPPED, ProcessState.WAITING])
