@@ -6,11 +6,20 @@ import secrets
 import threading
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from regraft.bus.interface import Bus, BusError
 from regraft.bus_schema.errors import SchemaError
 from regraft.bus_schema.messages.management.manager import JournalPage, JournalRequest
-from regraft.bus_schema.model.adaptation import ADAPT, APPLIED, JOURNAL, AdaptationReport, AdaptationRequest, Move
+from regraft.bus_schema.model.adaptation import (
+    ADAPT,
+    APPLIED,
+    JOURNAL,
+    AdaptationReport,
+    AdaptationRequest,
+    Move,
+    Outcome,
+)
 from regraft.client import Client
 from regraft.component.errors import CallFailed
 
@@ -48,12 +57,14 @@ class Failover:
     def _asked(self, client: Client, host: str, loss: str, target: str, components: tuple[str, ...]) -> str:
         """Ask until there is an answer; returns what is wrong, empty if nothing.
 
-        The same ``loss`` asked about again is the same adaptation.
+        The same ``loss`` asked about again is the same adaptation. Where it was rolled back after a question without a
+        reply, the manager's own end may have interrupted it: another one is asked for, once.
         """
         changes = tuple(Move(name, target) for name in components)
         key = f"lost-{loss}-{host}-{'-'.join(components)}"[:200]
         request = AdaptationRequest(changes, f"host {host!r} is lost", "the stack's rules for hosts", key=key)
         deadline = time.monotonic() + KEEP_TRYING
+        may_be_interrupted = False
         while True:
             try:
                 report = client.call(ADAPT, request, AdaptationReport, ANSWER_TIMEOUT)
@@ -62,10 +73,14 @@ class Failover:
                     deadline = time.monotonic() + KEEP_TRYING  # it waits for its turn: others are being confirmed
                 if time.monotonic() > deadline:
                     return f"{', '.join(components)}: {error}"
+                may_be_interrupted = True
                 time.sleep(RETRY_INTERVAL)
                 continue
             if report.outcome in APPLIED:
                 return ""
+            if report.outcome is Outcome.ROLLED_BACK and may_be_interrupted and request.key == key:
+                request = replace(request, key=f"again-{key}"[:200])
+                continue
             told = [f"{v.component}: {v.problem}" for v in report.violations] or [report.error]
             return f"{', '.join(components)}: {report.outcome.value}: {'; '.join(told)}"
 

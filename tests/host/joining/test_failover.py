@@ -42,6 +42,25 @@ class SlowManager(Component):
         return JournalPage(())
 
 
+class InterruptedManager(Component):
+    """Does not answer the first question, as one that is killed; has rolled it back when it is asked again."""
+
+    def on_configure(self) -> None:
+        self.keys: list[str] = []
+
+    @service(ADAPT)
+    async def adapt(self, request: AdaptationRequest) -> AdaptationReport:
+        self.keys.append(request.key)
+        if len(self.keys) == 1:
+            await self.kit.sleep(PATIENCE)
+        outcome = Outcome.ROLLED_BACK if request.key == self.keys[0] else Outcome.APPLIED_STATE_LOST
+        return AdaptationReport("1", outcome, request, 1, 2, self.kit.now(), error="interrupted")
+
+    @service(JOURNAL)
+    async def journal(self, request: JournalRequest) -> JournalPage:
+        return JournalPage(())
+
+
 class PatientClient(Client):
     """Waits as long as need be for an answer to a question, but not for an adaptation."""
 
@@ -89,3 +108,12 @@ def test_what_a_silent_manager_leaves_is_called_stranded(site: Site) -> None:
     wait_until(lambda: said == ["host.stranded"], "what is not started to be named", PATIENCE)
     manager.answers_journal = True
     manager.may.set()
+
+
+def test_a_component_is_started_elsewhere_although_the_manager_was_killed_meanwhile(site: Site) -> None:
+    manager, said = site.start(InterruptedManager, "adaptation_manager"), []
+    Failover(site.session(), "site", lambda *told: said.append(told[0])).begin("edge", "local", ("camera",))
+    asking = [thread for thread in threading.enumerate() if thread.name == "failover"]
+    wait_until(lambda: not any(thread.is_alive() for thread in asking), "the asking to end")
+    assert said == []
+    assert len(set(manager.keys)) == 2, "what was rolled back is asked for as another adaptation"
