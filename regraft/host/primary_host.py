@@ -128,6 +128,7 @@ class PrimaryHost(Host):
         if asked.instance:
             self._witness.check(asked)
             changed = self.others.join(asked)
+            self._rescue.withdraw(asked.host)
         plan = self.plan
         return JoinedSystem(
             plan.run,

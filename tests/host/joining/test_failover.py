@@ -9,8 +9,15 @@ from typing import TypeVar
 import pytest
 
 from regraft import Component, service
-from regraft.bus_schema.messages.management.manager import JournalPage, JournalRequest
-from regraft.bus_schema.model.adaptation import ADAPT, JOURNAL, AdaptationReport, AdaptationRequest, Outcome
+from regraft.bus_schema.messages.management.manager import CancelAdaptation, JournalPage, JournalRequest
+from regraft.bus_schema.model.adaptation import (
+    ADAPT,
+    CANCEL,
+    JOURNAL,
+    AdaptationReport,
+    AdaptationRequest,
+    Outcome,
+)
 from regraft.client import Client
 from regraft.host.joining import failover
 from regraft.host.joining.failover import Failover
@@ -59,6 +66,37 @@ class InterruptedManager(Component):
     @service(JOURNAL)
     async def journal(self, request: JournalRequest) -> JournalPage:
         return JournalPage(())
+
+
+class BusyManager(Component):
+    """Keeps everything waiting for its turn, until it is cancelled."""
+
+    def on_configure(self) -> None:
+        self.asked: list[AdaptationRequest] = []
+        self.cancelled = threading.Event()
+        self.has_begun = False
+
+    def _report(self, outcome: Outcome) -> AdaptationReport:
+        return AdaptationReport("7", outcome, self.asked[0], 1, 2, self.kit.now())
+
+    @service(ADAPT)
+    async def adapt(self, request: AdaptationRequest) -> AdaptationReport:
+        self.asked.append(request)
+        if not request.wait:
+            return self._report(Outcome.PENDING)
+        while not self.cancelled.is_set():
+            await self.kit.sleep(0.01)
+        return self._report(Outcome.CANCELLED)
+
+    @service(JOURNAL)
+    async def journal(self, request: JournalRequest) -> JournalPage:
+        return JournalPage((self._report(Outcome.PENDING),) if self.has_begun else ())
+
+    @service(CANCEL)
+    async def cancel(self, wanted: CancelAdaptation) -> AdaptationReport:
+        assert wanted.id == "7"
+        self.cancelled.set()
+        return self._report(Outcome.CANCELLED)
 
 
 class PatientClient(Client):
@@ -117,3 +155,32 @@ def test_a_component_is_started_elsewhere_although_the_manager_was_killed_meanwh
     wait_until(lambda: not any(thread.is_alive() for thread in asking), "the asking to end")
     assert said == []
     assert len(set(manager.keys)) == 2, "what was rolled back is asked for as another adaptation"
+
+
+def _waiting(site: Site) -> tuple[BusyManager, Failover, list[str]]:
+    """Have two components moved, by a manager that has others to carry out first; returns all three."""
+    manager, said = site.start(BusyManager, "adaptation_manager"), []
+    rescue = Failover(site.session(), "site", lambda *told: said.append(told[0]))
+    rescue.begin("edge", "local", ("camera", "radio"))
+    wait_until(lambda: any(request.wait for request in manager.asked), "the end to be waited for")
+    return manager, rescue, said
+
+
+def test_what_waits_for_its_turn_is_withdrawn_when_the_host_is_back(site: Site) -> None:
+    manager, rescue, said = _waiting(site)
+    asking = [thread for thread in threading.enumerate() if thread.name == "failover"]
+    rescue.withdraw("edge")
+    wait_until(lambda: not any(thread.is_alive() for thread in asking), "the asking to end")
+    assert manager.cancelled.is_set()
+    assert {len(request.changes) for request in manager.asked} == {2}, "no component is tried alone"
+    assert said == [], "nothing is stranded"
+
+
+def test_what_is_under_way_is_not_withdrawn_when_the_host_is_back(site: Site) -> None:
+    manager, rescue, said = _waiting(site)
+    manager.has_begun = True
+    rescue.withdraw("edge")
+    wait_until(lambda: not any(thread.name == "withdrawal" for thread in threading.enumerate()), "the look at it")
+    assert not manager.cancelled.is_set()
+    assert said == []
+    manager.cancelled.set()
