@@ -38,6 +38,7 @@ class PrimaryHost(Host):
         super().__init__(plan, bus, zygote)
         self._rescue = Failover(bus, plan.architecture.system, self._tell_later)
         self.others = JoinedHosts(lambda: self.plan.architecture, self._tell, self._lost)
+        self._asked_for: dict[str, set[str]] = {}
         self._witness = witness
         self.questions.verbs |= {"prove": self._prove, "join": self._join, "renew": self._renew}
         self._ending = False
@@ -72,6 +73,9 @@ class PrimaryHost(Host):
         """Take new specs as any host, and note who may not get them."""
         super().take_update(update)
         self.others.note(update)
+        if update.specs:  # an undo may put components back on a host that has been lost since
+            for host in self.others.lost:
+                self._lost(host)
 
     def _look(self) -> None:
         super()._look()
@@ -98,8 +102,10 @@ class PrimaryHost(Host):
 
     def _lost(self, host: str) -> None:
         target = self.plan.architecture.rules(host).move_to
-        names = self.others.placed(host)
+        asked_for = self._asked_for.setdefault(host, set())
+        names = [name for name in self.others.placed(host) if name not in asked_for]
         if target and names and not self._ending:
+            asked_for.update(names)  # a start that fails is not asked for without end
             self._rescue.begin(host, target, names)
 
     def _presence(self, presence: Presence) -> None:
@@ -128,6 +134,7 @@ class PrimaryHost(Host):
         if asked.instance:
             self._witness.check(asked)
             changed = self.others.join(asked)
+            self._asked_for.pop(asked.host, None)
             self._rescue.withdraw(asked.host)
         plan = self.plan
         return JoinedSystem(

@@ -49,18 +49,18 @@ class Failover:
         self._bus = bus
         self._system = system
         self._tell = tell
-        self._rescues: dict[str, _Rescue] = {}
+        self._rescues: dict[str, list[_Rescue]] = {}
 
     def begin(self, host: str, target: str, components: Sequence[str]) -> None:
         """Have the components of a lost host moved."""
-        rescue = self._rescues[host] = _Rescue(secrets.token_hex(4), host, target)
+        rescue = _Rescue(secrets.token_hex(4), host, target)
+        self._rescues.setdefault(host, []).append(rescue)
         args = (rescue, tuple(components))
         threading.Thread(target=self._move, args=args, name="failover", daemon=True).start()
 
     def withdraw(self, host: str) -> None:
-        """Have nothing more started elsewhere: the host is back. What is under way is brought to its end."""
-        rescue = self._rescues.pop(host, None)
-        if rescue is not None:
+        """Have nothing more started elsewhere: the host is back. A move under way is brought to its end."""
+        for rescue in self._rescues.pop(host, []):
             rescue.withdrawn = True
             threading.Thread(target=self._withdraw, args=(rescue,), name="withdrawal", daemon=True).start()
 
@@ -79,8 +79,8 @@ class Failover:
         """Ask until there is an answer; returns what is wrong, empty if nothing.
 
         The same loss asked about again is the same adaptation. It is asked for first without waiting for its end, so
-        that it can be withdrawn by its id. Where it was rolled back after a question without a reply, the manager's
-        own end may have interrupted it: another one is asked for, once.
+        that it can be withdrawn by its id. The manager's own end may have interrupted one that is rolled back after a
+        question without a reply. Then another one is asked for, once.
         """
         changes = tuple(Move(name, rescue.target) for name in components)
         key = f"lost-{rescue.loss}-{rescue.host}-{'-'.join(components)}"[:200]
@@ -126,7 +126,7 @@ def _cancel_waiting(client: Client, adaptation: str) -> None:
         if adaptation and all(line.id != adaptation for line in lines):
             client.call(CANCEL, CancelAdaptation(adaptation), AdaptationReport, ANSWER_TIMEOUT)
     except (CallFailed, BusError, SchemaError):
-        return  # who dies keeps nothing that waited
+        return  # a manager that has died keeps nothing that waited
 
 
 def _is_without_reply(error: Exception) -> bool:

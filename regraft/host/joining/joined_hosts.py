@@ -201,6 +201,11 @@ class JoinedHosts:
         return [name for name, spec in sorted(self._architecture().components.items()) if spec.host == host]
 
     @property
+    def lost(self) -> list[str]:
+        """The hosts that are lost."""
+        return [name for name, other in sorted(self._others.items()) if other.state is HostState.LOST]
+
+    @property
     def present(self) -> bool:
         """Whether any other host is part of the system now."""
         return any(other.state is HostState.JOINED for other in self._others.values())
