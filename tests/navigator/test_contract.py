@@ -292,10 +292,11 @@ def test_successor_of_either_kind_takes_over_what_is_remembered(stage: Stage) ->
     state = codec.unpack_plain(snapshot)["state"]
     stage.rig.transition("navigator", Transition.DEACTIVATE)
     for successor_kind in (Navigator, PursuitNavigator):
-        successor = stage.rig.add(successor_kind, successor_kind.__name__.lower(), state=State.INACTIVE)
+        name = f"next_{successor_kind.__name__.lower()}"
+        successor = stage.rig.add(successor_kind, name, state=State.INACTIVE)
         successor.restore(state)
         assert successor.snapshot() == state
-        stage.rig.runtimes.pop(successor_kind.__name__.lower()).leave()
+        stage.rig.runtimes.pop(name).leave()
 
 
 def test_estimated_safety_falls_with_the_speed_allowed(kind: type[Navigator]) -> None:
