@@ -79,7 +79,11 @@ class Cable:
                 if not self.plugged:
                     near.close()
                     continue
-                far = socket.create_connection(("127.0.0.1", self._hub))
+                try:
+                    far = socket.create_connection(("127.0.0.1", self._hub))
+                except OSError:  # the hub has ended
+                    near.close()
+                    continue
                 self._ends += [near, far]
                 for pair in ((near, far), (far, near)):
                     threading.Thread(target=_pass_on, args=pair, daemon=True).start()

@@ -207,8 +207,8 @@ class JoinedHosts:
 
     @property
     def present(self) -> bool:
-        """Whether any other host is part of the system now."""
-        return any(other.state is HostState.JOINED for other in self._others.values())
+        """Whether any other host is part of the system now, though it may be silent for a moment."""
+        return any(other.state in PRESENT for other in self._others.values())
 
     def status(self) -> tuple[OtherHost, ...]:
         """Return all that the stack names or that have joined, with the processes of those that cannot report."""
