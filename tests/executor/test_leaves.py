@@ -208,6 +208,12 @@ def test_waiting_for_a_condition_waits_for_the_entries_that_it_needs() -> None:
         assert status(rig).state is MissionState.SUCCEEDED
 
 
+def test_waiting_for_a_condition_waits_for_no_entry_that_decides_nothing() -> None:
+    with Rig() as rig:
+        nodes = ['<Script code="done := true"/>', '<WaitForCondition code="done ? true : progress > 1"/>']
+        assert finish(rig, nodes, 1.0).state is MissionState.SUCCEEDED
+
+
 def test_waiting_for_a_topic_ends_with_its_message() -> None:
     with Rig() as rig:
         run(rig, tree('<WaitForTopic name="wait" input="goals"/>'))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from behavior_tree import RUNNING, SUCCESS, Input, Node, StatefulAction, Status
+from behavior_tree import RUNNING, SUCCESS, Input, Node, ScriptError, StatefulAction, Status
 from behavior_tree.script import compile_script, entries_read
 from behavior_tree.script.operators import truth
 from regraft.services.bt_executor.leaves.asking_leaf import require_ports
@@ -11,7 +11,7 @@ from regraft.services.bt_executor.leaves.asking_leaf import require_ports
 class WaitForCondition(StatefulAction):
     """Runs until a script is true, such as ``battery_charge > 0.9``; it is asked at each tick.
 
-    It is not asked as long as an entry that it reads is missing or holds nothing.
+    It also runs while the script cannot be evaluated because an entry that it reads is missing or holds nothing.
     """
 
     code = Input(str, description="the script")
@@ -30,10 +30,13 @@ class WaitForCondition(StatefulAction):
 
     def on_running(self) -> Status:
         """Look whether it is true."""
-        entries = map(self.blackboard.find, self._names)
-        if any(entry is None or entry.value is None for entry in entries):
-            return RUNNING
-        return SUCCESS if truth(self._script()) else RUNNING
+        try:
+            return SUCCESS if truth(self._script()) else RUNNING
+        except ScriptError:
+            entries = map(self.blackboard.find, self._names)
+            if any(entry is None or entry.value is None for entry in entries):
+                return RUNNING
+            raise
 
     def _compile(self) -> None:
         enums, extensions = self.runtime.enums, self.runtime.extensions
