@@ -55,7 +55,7 @@ def claims_if_written(study: Study, definitions: str) -> Claims | None:
     if not file.exists():
         say(f"{file}: the study's claims are not written yet: seeds have no use, and there are no verdicts")
         return None
-    return read_claims(file, study)
+    return claims_of(study, definitions)
 
 
 def chosen_definitions(study: Study, definitions: str | None) -> str:
