@@ -15,7 +15,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.health import Event
 from regraft.bus_schema.messages.management.manager import CancelAdaptation, JournalPage, JournalRequest, UndoAdaptation
-from regraft.bus_schema.messages.protocol.control import ComponentView
+from regraft.bus_schema.messages.protocol.control import ComponentView, ParameterValues
 from regraft.bus_schema.messages.protocol.host import StartSuccessor
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, Constraint, TopicSpec
@@ -184,9 +184,16 @@ class System:
 
     def view(self, name: str) -> ComponentView:
         """Read a component."""
+        return self._control(name, "connections", b"")
+
+    def set_parameters(self, name: str, values: dict[str, object]) -> ComponentView:
+        """Set parameters of a component past the manager, as one does with the manager's own."""
+        return self._control(name, "parameters", codec.encode(ParameterValues(values)))
+
+    def _control(self, name: str, verb: str, payload: bytes) -> ComponentView:
         incarnation = self.running[name].runtime.assignment.incarnation
-        key = Keys(SYSTEM).control(name, incarnation, "connections")
-        (answer,) = self.running[name].bus.query(key, b"", PATIENCE)
+        key = Keys(SYSTEM).control(name, incarnation, verb)
+        (answer,) = self.running[name].bus.query(key, payload, PATIENCE)
         return codec.decode(answer.payload, ComponentView)
 
     def views(self) -> dict[str, tuple[Any, ...]]:

@@ -62,8 +62,8 @@ class Worker:
         self._store = store
         self._publisher = publisher
         self._bounds = bounds
-        self._hosts = Hosts(kit, bounds().answer)
-        self._controls = ComponentClient(kit, bounds().answer)
+        self._hosts = Hosts(kit, lambda: bounds().answer)
+        self._controls = ComponentClient(kit, lambda: bounds().answer)
         self._all_ended = True
         self._takeovers = 0
         self._turns = Turn(kit)
@@ -189,7 +189,7 @@ class Worker:
             if done.report.outcome is Outcome.CONFIRMING:
                 self.keep_end()
                 return done
-            self._all_ended = done.all_ended
+            self._all_ended &= done.all_ended
             done = done.report
         self.keep_end()
         self.finish(entry, done)
@@ -271,7 +271,7 @@ class Worker:
         """Watch an adaptation until it is final or undone; other requests wait."""
 
         def finish(report: AdaptationReport) -> None:
-            self._all_ended = carrying.all_ended
+            self._all_ended &= carrying.all_ended
             self.keep_end()
             self.finish(carrying.entry, report)
 

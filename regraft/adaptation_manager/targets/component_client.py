@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
+from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeVar
 
 from regraft import Future
@@ -129,9 +130,9 @@ class ComponentClient:
     A name with a plus sign behind it is that of the standby run.
     """
 
-    def __init__(self, kit: Kit, within: float) -> None:
+    def __init__(self, kit: Kit, within: Callable[[], float]) -> None:
         """Know nobody yet; an answer may take ``within`` seconds."""
-        self.within = within
+        self._within = within
         self.remembered = ViewCache(kit.bus, kit.system)
         self.term = 0
         self.processes: dict[str, ProcessStatus] = {}
@@ -154,7 +155,7 @@ class ComponentClient:
         return process if process and process.state in LIVING else None
 
     def _begin(self, component: str, verb: str, what: str, message: object, within: float | None) -> PendingQuery:
-        within = self.within if within is None else within
+        within = self._within() if within is None else within
         sent = time.monotonic()
         process = self.living(component)
         if process is None:
@@ -174,7 +175,7 @@ class ComponentClient:
     def hand_over(self, component: str, started_as: int, step: Handover, within: float | None = None) -> PendingQuery:
         """Ask one run of a component, by the incarnation as which it was started, for a step of a hand-over."""
         self.remembered.forget(component)
-        within = self.within if within is None else within
+        within = self._within() if within is None else within
         label = f"{component}{BESIDE}"  # its roles may change: its answer is not to be kept
         message = replace(step, term=self.term)
         return self._ask(label, started_as, "handover", f"{step.step.value} of run {started_as}", message, within)

@@ -121,7 +121,7 @@ class Hosts:
     ``others`` is how the first host sees the others; its every answer has it.
     """
 
-    def __init__(self, kit: Kit, within: float) -> None:
+    def __init__(self, kit: Kit, within: Callable[[], float]) -> None:
         """Know none yet; an answer may take ``within`` seconds."""
         self.names: tuple[str, ...] = ()
         self.silent: frozenset[str] = frozenset()
@@ -134,7 +134,7 @@ class Hosts:
 
     def _ask(self, host: str, verb: str, payload: bytes, within: float | None = None) -> Future[list[Answer]]:
         try:
-            return self._kit.ask(self._keys.host(host, verb), payload, stretched(within or self._within))
+            return self._kit.ask(self._keys.host(host, verb), payload, stretched(within or self._within()))
         except BusError as error:
             raise NoAnswer(f"host {host!r}: {verb}: {error}") from None
 
@@ -167,7 +167,7 @@ class Hosts:
         """Have the first host keep the journal's end; its answer is not waited for. Raises NoAnswer."""
         payload = codec.encode(replace(end, term=self.term))
         try:
-            self._kit.bus.ask(self._keys.host(FIRST, "journal"), payload, self._within, lambda answers: None)
+            self._kit.bus.ask(self._keys.host(FIRST, "journal"), payload, self._within(), lambda answers: None)
         except BusError as error:
             raise NoAnswer(f"host {FIRST!r}: journal: {error}") from None
 

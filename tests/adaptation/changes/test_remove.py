@@ -167,6 +167,17 @@ def test_a_host_that_does_not_end_it_is_told_again_later(impatient: System) -> N
     assert "second" not in system.host.processes
 
 
+def test_an_adaptation_of_others_does_not_let_it_forget_what_a_host_has_still_to_end(impatient: System) -> None:
+    system = impatient
+    system.host.deaf = {"stop"}
+    system.adapt(Remove("second"))
+    wait_until(lambda: any(e.kind == "adaptation.unfinished" for e in system.events))
+    assert system.adapt(SetParameters("listener", {"gain": 0.1})).outcome is Outcome.APPLIED
+    system.host.deaf = set()
+    assert system.adapt(SetParameters("listener", {"gain": 0.2})).outcome is Outcome.APPLIED
+    assert "second" not in system.host.processes
+
+
 def test_a_cancelled_removal_changes_nothing(impatient: System) -> None:
     system = impatient
     Newcomer.release.clear()

@@ -26,6 +26,16 @@ def test_a_hung_component_leads_to_rolled_back_within_its_bound(impatient: Syste
     wait_until(lambda: system.view("fragile").parameters["level"] == 0)
 
 
+def test_the_managers_patience_can_be_changed_while_it_runs(system: System) -> None:
+    system.adapt(SetParameters("fragile", {"mood": "hangs"}))
+    system.set_parameters("manager", {"answer_within": 0.3, "undo_within": 0.5})
+    report = system.adapt(SetParameters("fragile", {"level": 5}))
+    assert report.outcome is Outcome.ROLLED_BACK, report
+    assert "no answer within 0.3 s" in report.error
+    Fragile.release.set()
+    wait_until(lambda: system.view("fragile").parameters["level"] == 0)
+
+
 def test_a_component_that_dies_half_way_leads_to_rolled_back(impatient: System) -> None:
     system = impatient
     before = system.views()

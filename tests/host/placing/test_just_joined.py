@@ -32,7 +32,7 @@ class Asker(Component):
 
     @service("ask")
     async def ask(self, _: Text) -> Text:
-        hosts = Hosts(self.kit, 1.0)
+        hosts = Hosts(self.kit, lambda: 1.0)
         try:
             return Text((await hosts.describe(ComponentSpec("lamp", "lamps:Lamp", host="edge"))).spec.name)
         except NoAnswer as error:
