@@ -87,13 +87,19 @@ def decode_as(kind: MessageType, payload: bytes) -> Any:
     if len(payload) > MAX_MESSAGE_SIZE:
         raise _too_large(len(payload))
     if kind.tail:
-        return kind.unpack(_plain_with_tail(payload))
-    # The same as _unpacked, without its frame: every small message comes this way.
+        plain = _plain_with_tail(payload)
+    else:
+        # The same as _unpacked, without its frame: every small message comes this way.
+        try:
+            plain = _unpack(payload, ext_hook=array_of, strict_map_key=True, max_map_len=MAX_MAP_SIZE)
+        except MALFORMED as error:
+            raise _malformed(error) from None
     try:
-        plain = _unpack(payload, ext_hook=array_of, strict_map_key=True, max_map_len=MAX_MAP_SIZE)
-    except MALFORMED as error:
-        raise _malformed(error) from None
-    return kind.unpack(plain)
+        return kind.unpack(plain)
+    except BadMessage:
+        raise
+    except Exception as error:
+        raise _refusal(kind, error) from error
 
 
 def pack_plain(plain: Any) -> bytes:
@@ -115,7 +121,13 @@ def to_plain(message: object) -> dict[str, Any]:
 
 def from_plain(plain: Any, cls: type[T]) -> T:
     """Return the message of class ``cls`` of which a map of plain data has the fields; raises BadMessage."""
-    message: T = type_of(cls).unpack(plain)
+    kind = type_of(cls)
+    try:
+        message: T = kind.unpack(plain)
+    except BadMessage:
+        raise
+    except Exception as error:
+        raise _refusal(kind, error) from error
     return message
 
 
@@ -136,6 +148,11 @@ def _malformed(error: Exception) -> BadMessage:
     if isinstance(error, BadMessage):
         return error
     return BadMessage(f"is not one well-formed MessagePack value ({type(error).__name__})")
+
+
+def _refusal(kind: MessageType, error: Exception) -> BadMessage:
+    """Return the error of data that a type does not take: readers rely on it, whatever the type's class raises."""
+    return BadMessage(f"is refused by {kind.cls.__name__} ({type(error).__name__}: {error})")
 
 
 def _plain_with_tail(payload: bytes) -> Any:

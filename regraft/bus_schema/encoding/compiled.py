@@ -122,7 +122,7 @@ def unpack(plain):
             {reads}
             if {_all(fields, variables)}:
                 {making}
-        except (BadMessage, KeyError, TypeError, ValueError):
+        except (BadMessage, LookupError, TypeError, ValueError):
             pass
     return walk(plain)
 """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import types
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
@@ -14,12 +15,14 @@ import numpy as np
 
 from regraft.bus_schema.annotations import Array, Bounds, MayBeInfinite, Named, OneOf, Tagged, Text, Unit
 from regraft.bus_schema.encoding import shapes
-from regraft.bus_schema.encoding.arrays import ArrayShape
+from regraft.bus_schema.encoding.arrays import KNOWN_DTYPES, ArrayShape
 from regraft.bus_schema.encoding.shapes import JsonSchema, Shape
 from regraft.bus_schema.errors import BadMessage, BadType
 from regraft.bus_schema.former_names import present_name
 from regraft.bus_schema.suggestions import near
 
+FITTING: dict[type, tuple[type, ...]] = {Bounds: (float, int), MayBeInfinite: (float,), Text: (str,)}
+"""The types that a note checks."""
 SHORTHAND = "shorthand"
 """The ClassVar of a dataclass that names the field that a text alone gives."""
 
@@ -129,7 +132,8 @@ class UnionShape:
             raise BadMessage(f"is {type(plain).__name__}, must be a map with a {self.key!r}")
         tag = plain.get(self.key)
         if not isinstance(tag, str) or tag not in self.members:
-            raise BadMessage(f"is {tag!r}, must be one of: {', '.join(sorted(self.members))}", (self.key,))
+            shown = repr(tag) if isinstance(tag, str) else type(tag).__name__
+            raise BadMessage(f"is {shown}, must be one of: {', '.join(sorted(self.members))}", (self.key,))
         return self.members[tag].unpack(plain)
 
     def json_schema(self) -> JsonSchema:
@@ -174,6 +178,7 @@ def record_shape(cls: type, tag: tuple[str, str] | None = None) -> RecordShape:
     """
     if not dataclasses.is_dataclass(cls):
         raise BadType(f"{cls.__qualname__} must be a dataclass")
+    _check_making(cls)
     hints = get_type_hints(cls, include_extras=True)
     fields = []
     attributes = []
@@ -191,6 +196,18 @@ def record_shape(cls: type, tag: tuple[str, str] | None = None) -> RecordShape:
     if len(names) < len(fields):
         raise BadType(f"{cls.__qualname__} has two fields of one name")
     return _accepting_tag(RecordShape(cls, tuple(fields), tuple(attributes), frozenset(optional), tag, names))
+
+
+def _check_making(cls: type) -> None:
+    """Refuse a class that cannot be made of its fields; raises BadType."""
+    parameters = inspect.signature(cls).parameters
+    fields = [spec.name for spec in dataclasses.fields(cls)]
+    for name in fields:
+        if name not in parameters:
+            raise BadType(f"{cls.__qualname__}.{name}: __init__ does not take it, so no reader could make the message")
+    for name, parameter in parameters.items():
+        if name not in fields and parameter.default is parameter.empty:
+            raise BadType(f"{cls.__qualname__}: __init__ takes {name!r}, which is no field and does not travel")
 
 
 @cache
@@ -216,24 +233,53 @@ def shape_of(hint: Any) -> Shape:
     notes: tuple[Any, ...] = ()
     if get_origin(hint) is Annotated:
         hint, *extras = get_args(hint)
-        notes = tuple(extras)
+        notes = tuple(note for note in extras if not isinstance(note, Named))
     origin, arguments = get_origin(hint), get_args(hint)
-    for note in notes:
-        if isinstance(note, Array):
-            return ArrayShape(note)
-        if isinstance(note, Tagged):
-            return _union(note.key, arguments)
-    if hint is Any:
-        return shapes.PlainShape()
+    tagged = next((note for note in notes if isinstance(note, Tagged)), None)
+    if tagged is not None:
+        return _union(tagged.key, arguments)
     if origin in (Union, types.UnionType):
         return _optional(arguments, notes)
     if origin is tuple and len(arguments) == 2 and arguments[1] is Ellipsis:
-        return shapes.TupleShape(shape_of(arguments[0]))
+        return shapes.TupleShape(_item(arguments[0], notes))
     if origin is dict and arguments[0] is str:
-        return shapes.MapShape(shape_of(arguments[1]))
+        return shapes.MapShape(_item(arguments[1], notes))
+    layout = next((note for note in notes if isinstance(note, Array)), None)
+    if layout is not None:
+        return _array(hint, layout)
     if origin is np.ndarray or hint is np.ndarray:
         raise BadType("an array needs Annotated[..., Array(dtype, shape)]")
-    return _scalar(hint, notes)
+    _check_notes(hint, notes)
+    return shapes.PlainShape() if hint is Any else _scalar(hint, notes)
+
+
+def _item(hint: Any, notes: tuple[Any, ...]) -> Shape:
+    """Return the shape of what there are several of: notes of all hold for each."""
+    return shape_of(Annotated[(hint, *notes)] if notes else hint)
+
+
+def _array(hint: Any, layout: Array) -> Shape:
+    if hint is not np.ndarray and get_origin(hint) is not np.ndarray:
+        raise BadType(f"{hint!r} has an array's layout, but is no array")
+    try:
+        known = np.dtype(layout.dtype).str.encode() in KNOWN_DTYPES
+    except TypeError:
+        known = False
+    if not known:
+        travel = ", ".join(sorted(dtype.decode() for dtype in KNOWN_DTYPES))
+        raise BadType(f"an array of {layout.dtype!r} cannot travel; these can: {travel}")
+    if not layout.shape:
+        raise BadType("an array needs a dimension at least: a number alone is a float")
+    return ArrayShape(layout)
+
+
+def _check_notes(hint: Any, notes: tuple[Any, ...]) -> None:
+    """Refuse a note that would check nothing; raises BadType."""
+    for note in notes:
+        fitting = FITTING.get(type(note))
+        fits = hint in fitting if fitting else isinstance(hint, type) and issubclass(hint, Enum)
+        if not fits and (fitting or isinstance(note, OneOf)):
+            raise BadType(f"{type(note).__name__} checks nothing of {hint!r}")
 
 
 def holds_tail(shape: Shape) -> bool:
@@ -293,15 +339,16 @@ def _optional(arguments: tuple[Any, ...], notes: tuple[Any, ...]) -> Shape:
     others = [argument for argument in arguments if argument is not type(None)]
     if len(others) != 1 or len(others) == len(arguments):
         raise BadType("a union needs Annotated[..., Tagged(key)] unless it is 'T | None'")
-    inner = Annotated[(others[0], *notes)] if notes else others[0]
-    return shapes.OptionalShape(shape_of(inner))
+    return shapes.OptionalShape(_item(others[0], notes))
 
 
 def _union(key: str, classes: tuple[Any, ...]) -> UnionShape:
-    members = {}
+    members: dict[str, RecordShape] = {}
     for cls in classes:
         tag = getattr(cls, key, None)
         if not isinstance(tag, str):
             raise BadType(f"{cls!r} is a member of a union tagged {key!r}, but has no ClassVar of that name")
+        if tag in members:
+            raise BadType(f"{cls!r} has the tag {tag!r}, as {members[tag].cls!r} has")
         members[tag] = record_shape(cls, (key, tag))
     return UnionShape(key, members)

@@ -165,7 +165,7 @@ class TextShape:
         if len(value) > self.longest:
             raise BadMessage(f"is {len(value)} characters long, must be at most {self.longest}")
         _check_unicode(value)
-        return str(value)
+        return str.__str__(value)  # what a member of an enumeration of texts holds, not what it calls itself
 
     def json_schema(self) -> JsonSchema:
         """Return ``string``, with ``x-unit`` if it has one."""
@@ -205,11 +205,12 @@ class EnumShape:
 
     def unpack(self, plain: Any) -> Enum:
         """Return the member."""
-        for member in self.allowed:
-            if member.value == plain:
-                return member
         known = [str(member.value) for member in self.allowed]
-        meant = near(plain, known) if isinstance(plain, str) else None
+        if not isinstance(plain, str):  # an array compares by each of its numbers
+            raise BadMessage(f"is {_name(plain)}, must be one of: {', '.join(known)}")
+        if plain in known:
+            return self.allowed[known.index(plain)]
+        meant = near(plain, known)
         hint = f"; did you mean {meant!r}?" if meant else ""
         raise BadMessage(f"is {plain!r}, must be one of: {', '.join(known)}{hint}")
 

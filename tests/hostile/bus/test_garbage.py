@@ -5,8 +5,10 @@ from __future__ import annotations
 import contextlib
 import os
 import random
+import struct
 from collections.abc import Callable, Iterator
 
+import msgpack
 import pytest
 
 from regraft import CallFailed
@@ -103,6 +105,18 @@ def test_garbage_put_anywhere_harms_nobody(system: System, raw: Raw, where: str)
     for key in KEYS[where](system):
         for number, payload in enumerate(_garbage(1, 100)):
             raw.put(key, payload, ("", "regraft/Request@1", "nonsense")[number % 3], envelopes[number % len(envelopes)])
+    _goes_on(system)
+
+
+def test_a_status_whose_state_is_an_array_harms_nobody(system: System, raw: Raw) -> None:
+    array = msgpack.ExtType(1, b"<f4" + struct.pack("<BI", 1, 2) + bytes(8))
+    for source in ("source", "sink", "nobody"):
+        raw.put(
+            system.client.keys.status(source),
+            codec.pack_plain({"component": source, "incarnation": 1, "state": array, "revision": 1}),
+            "regraft/ComponentStatus@1",
+            Envelope(source, 1, 1, 1, 0).to_bytes(),
+        )
     _goes_on(system)
 
 

@@ -89,6 +89,26 @@ def test_a_received_value_that_does_not_fit_is_refused(kind: MessageType, messag
         place.holder[place.key] = fits
 
 
+ARRAY = msgpack.ExtType(1, b"<f4" + struct.pack("<BI", 1, 2) + bytes(8))
+
+
+@of_every_message()
+def test_an_array_and_a_deep_list_are_refused_wherever_something_else_belongs(kind: MessageType, message: Any) -> None:
+    deep: list[Any] = []
+    for _level in range(980):
+        deep = [deep]
+    root = {"message": codec.to_plain(message)}
+    for place in list(places(root, "message", kind.shape)):
+        if isinstance(place.shape, ArrayShape):
+            continue
+        fits = place.holder[place.key]
+        for misfit in (ARRAY, [ARRAY], deep):
+            place.holder[place.key] = misfit
+            with pytest.raises(BadMessage):
+                codec.decode(packed(kind, message, root["message"]), kind.cls)
+        place.holder[place.key] = fits
+
+
 @of_every_message()
 def test_a_missing_field_is_refused_by_name(kind: MessageType, message: Any) -> None:
     plain = codec.to_plain(message)

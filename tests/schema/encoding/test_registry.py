@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import InitVar, dataclass, field
 from enum import Enum, IntEnum
 from typing import Annotated, Any, ClassVar
 
@@ -10,11 +11,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from regraft.bus_schema.annotations import Array, Tagged
-from regraft.bus_schema.encoding import registry
+from regraft.bus_schema.annotations import Array, Bounds, MayBeInfinite, OneOf, Tagged, Text
+from regraft.bus_schema.encoding import codec, registry
 from regraft.bus_schema.encoding.registry import known_types, message, type_named, type_of
-from regraft.bus_schema.errors import BadType
+from regraft.bus_schema.errors import BadMessage, BadType
 from regraft.bus_schema.messages.geometry import Twist, Vector3
+from regraft.bus_schema.messages.health import Event
 from regraft.bus_schema.messages.sensors import Image
 
 Tail = Annotated[NDArray[np.uint8], Array("|u1", (None,), tail=True)]
@@ -97,11 +99,96 @@ def test_a_module_that_is_loaded_again_may_register_its_types_again() -> None:
         Enum("Gear", {"PARK": 0, "DRIVE": 1}),
         IntEnum("Step", {"UP": 1, "DOWN": -1}),
         Enum("Mixed", {"TEXT": "text", "NUMBER": 1}),
+        Annotated[bool, Bounds(minimum=0.0)],
+        Annotated[str, Bounds(minimum=0.0)],
+        Annotated[tuple[bytes, ...], Text(3)],
+        Annotated[dict[str, int], MayBeInfinite()],
+        Annotated[float, OneOf(())],
+        Annotated[NDArray[np.complex64], Array("<c8", (None,))],
+        Annotated[NDArray[np.float32], Array(">f4", (None,))],
+        Annotated[NDArray[np.float32], Array("flaot32", (None,))],
+        Annotated[NDArray[np.float32], Array("<f4", ())],
+        Annotated[float, Array("<f4", (3,))],
     ],
 )
 def test_a_field_that_cannot_travel_is_refused_by_name(hint: Any) -> None:
     with pytest.raises(BadType, match=r"Holder\.field"):
         registered(hint)
+
+
+@pytest.mark.parametrize(
+    ("hint", "fits", "misfit", "where"),
+    [
+        (Annotated[tuple[float, ...], Bounds(minimum=0.0)], (1.0,), (1.0, -5.0), ("field", "1")),
+        (Annotated[dict[str, int], Bounds(maximum=3)], {"a": 3}, {"a": 4}, ("field", "a")),
+        (Annotated[tuple[str, ...], Text(3)], ("abc",), ("abcd",), ("field", "0")),
+        (Annotated[tuple[float, ...] | None, MayBeInfinite()], (math.inf,), (math.nan,), ("field", "0")),
+    ],
+)
+def test_what_holds_for_several_values_holds_for_each(hint: Any, fits: Any, misfit: Any, where: Any) -> None:
+    holder = registered(hint)
+    assert codec.decode(codec.encode(holder(fits)), holder) == holder(fits)
+    with pytest.raises(BadMessage) as refused:
+        codec.encode(holder(misfit))
+    assert refused.value.where == where
+
+
+def test_an_array_may_be_left_out_wherever_its_layout_stands() -> None:
+    layout = Array("<f4", (None,))
+    for hint in (Annotated[NDArray[np.float32] | None, layout], Annotated[NDArray[np.float32], layout] | None):
+        holder = registered(hint)
+        assert codec.decode(codec.encode(holder(None)), holder).field is None
+        full = codec.decode(codec.encode(holder(np.ones(2, np.float32))), holder)
+        assert full.field.tolist() == [1.0, 1.0]
+        registry._types.pop("tests/Holder")
+
+
+@dataclass(frozen=True, slots=True)
+class Computed:
+    a: float
+    norm: float = field(init=False)
+
+
+@dataclass(frozen=True)
+class Asking:
+    a: float
+    unit: InitVar[str]
+
+
+@pytest.mark.parametrize("cls", [Computed, Asking])
+def test_a_class_that_its_fields_do_not_make_is_refused(cls: type) -> None:
+    with pytest.raises(BadType, match="__init__"):
+        message("tests/Unmade")(cls)
+
+
+@dataclass(frozen=True, slots=True)
+class Picky:
+    """Checks itself, and fails at that."""
+
+    number: int
+
+    def __post_init__(self) -> None:
+        assert 1 / self.number
+
+
+def test_whatever_a_class_raises_readers_get_that_the_message_is_bad() -> None:
+    message("tests/Picky")(Picky)
+    with pytest.raises(BadMessage, match="ZeroDivisionError"):
+        codec.decode(codec.pack_plain({"number": 0}), Picky)
+    with pytest.raises(BadMessage, match="ZeroDivisionError"):
+        codec.from_plain({"number": 0}, Picky)
+
+
+class Gear(str, Enum):  # noqa: UP042
+    """As many write it: its text is ``Gear.LOW``, its value is not."""
+
+    LOW = "low"
+
+
+def test_a_member_of_texts_travels_by_its_value() -> None:
+    event = Event(0.0, Gear.LOW, "s", "t", {"gear": Gear.LOW, Gear.LOW: [Gear.LOW]})
+    arrived = codec.decode(codec.encode(event), Event)
+    assert (arrived.kind, arrived.details) == ("low", {"gear": "low", "low": ["low"]})
 
 
 def test_a_message_has_at_most_one_tail() -> None:
@@ -130,6 +217,21 @@ class Untagged:
 @dataclass(frozen=True, slots=True)
 class TagIsField:
     kind: ClassVar[str] = "a"
+
+
+@dataclass(frozen=True, slots=True)
+class SameTag:
+    kind: ClassVar[str] = "b"
+
+
+@dataclass(frozen=True, slots=True)
+class SameTagAgain:
+    kind: ClassVar[str] = "b"
+
+
+def test_the_members_of_a_union_have_tags_of_their_own() -> None:
+    with pytest.raises(BadType, match="has the tag 'b'"):
+        registered(Annotated[SameTag | SameTagAgain, Tagged("kind")])
 
 
 def test_a_member_of_a_union_must_hold_its_tag() -> None:
