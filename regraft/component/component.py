@@ -16,12 +16,14 @@ from regraft.bus_schema.suggestions import instead_of
 from regraft.component.handlers import LONGEST, Period, Service, period_of, service_of
 from regraft.component.kit import Kit
 from regraft.component.parameters import Parameter, ParameterError, ParameterSet
-from regraft.component.ports import Input, Output
+from regraft.component.ports import Input, Output, handled_by
 from regraft.component.quality import Quality
 from regraft.component.reserved import check_attributes
 
-MIN_MEASURING_PERIOD = 0.01
-"""Seconds: who measures more often does little else."""
+SHORTEST_PERIOD = 0.01
+"""Seconds: a component that measures or saves its state more often does little else."""
+PERIODS = dict.fromkeys(("evaluate_every", "checkpoint_every"), ", or None for never") | {"handler_timeout": ""}
+"""The attributes of a class that state a time, and what else each may be."""
 InputQualities = Mapping[str, Mapping[str, float]]
 """The qualities of what feeds a component, by input port and quality."""
 
@@ -245,20 +247,31 @@ def declared(cls: type[Any]) -> Declared:
             _take_quality(found.qualities, attribute)
         elif inspect.isfunction(attribute):
             _take_function(found, name, attribute)
+    _add_handlers(cls, found.inputs)
     for name in (*found.inputs, *found.outputs):
         own_name(name, "port")
     for name in found.parameters:
         own_name(name, "parameter")
-    _check_period(cls)
+    _check_periods(cls)
     _declared[cls] = found
     return found
 
 
-def _check_period(cls: type[Any]) -> None:
-    every = getattr(cls, "evaluate_every", None)
-    if every is not None and not MIN_MEASURING_PERIOD <= every <= LONGEST:
-        right = f"must be between {MIN_MEASURING_PERIOD:g} and {LONGEST:g} s, or None for never"
-        raise BadType(f"{class_path(cls)}: evaluate_every = {every!r}: {right}")
+def _add_handlers(cls: type[Any], inputs: dict[str, Input[Any]]) -> None:
+    """Give inputs the handlers that the class and its bases declare; a subclass's declaration is not its bases'."""
+    for base in reversed(cls.__mro__):
+        for name, attribute in vars(base).items():
+            for port in handled_by(attribute) if inspect.isfunction(attribute) else ():
+                if inspect.getattr_static(cls, port.name, None) is port:
+                    inputs[port.name] = port.with_handler(name)
+
+
+def _check_periods(cls: type[Any]) -> None:
+    for attribute, or_never in PERIODS.items():
+        seconds = getattr(cls, attribute, None)
+        if seconds is not None and not SHORTEST_PERIOD <= seconds <= LONGEST:
+            right = f"must be between {SHORTEST_PERIOD:g} and {LONGEST:g} s{or_never}"
+            raise BadType(f"{class_path(cls)}: {attribute} = {seconds!r}: {right}")
 
 
 def parameter_set(cls: type[Component], given: Mapping[str, Any]) -> ParameterSet:
@@ -287,7 +300,11 @@ def _limited(parameter: Parameter[Any], fixed: Mapping[str, Any]) -> Parameter[A
     if parameter.limit not in fixed:
         why = f"its limit {parameter.limit!r} must be a read-only parameter of the same class"
         raise BadType(f"parameter {parameter.name!r}: {why}; {instead_of(parameter.limit, fixed)}")
-    return parameter.at_most(fixed[parameter.limit])
+    try:
+        return parameter.at_most(fixed[parameter.limit])
+    except ParameterError as error:
+        whose = f"the least of {parameter.name!r}, whose limit it is"
+        raise ParameterError([(parameter.limit, f"{why}, {whose}") for _, why in error.parts]) from None
 
 
 def declared_for(cls: type[Component], parameters: ParameterSet) -> Declared:

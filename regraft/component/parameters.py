@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
@@ -145,10 +146,17 @@ class Parameter(Generic[V]):
         return other
 
     def at_most(self, maximum: Any) -> Parameter[V]:
-        """Return the same parameter with another maximum, which its default keeps too; raises ParameterError."""
+        """Return the same parameter with no more than this maximum, which its default keeps too.
+
+        Raises:
+            ParameterError: nothing is left between its minimum and this maximum.
+        """
+        schema = self._described.schema
+        least = min(maximum, schema.get("maximum", maximum))
+        least = math.floor(least) if isinstance(self.default, int) else least
         other = copy(self)
-        other._described = replace(self._described, schema={**self._described.schema, "maximum": maximum})
-        return other.renamed(self.name, min(self.default, maximum))
+        other._described = replace(self._described, schema={**schema, "maximum": least})
+        return other.renamed(self.name, min(self.default, least))
 
     def plain(self, value: Any) -> Any:
         """Return a value as plain data."""

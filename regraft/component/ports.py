@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from typing import Any, Generic, TypeVar, overload
 
 from regraft.bus_schema.encoding.reading import Reading
@@ -12,6 +13,12 @@ from regraft.component.live_ports import InputPort, OutputPort
 
 M = TypeVar("M")
 H = TypeVar("H", bound=Callable[..., Any])
+
+
+def handled_by(function: Callable[..., Any]) -> tuple[Input[Any], ...]:
+    """Return the inputs whose messages a function was declared to handle."""
+    inputs: tuple[Input[Any], ...] = getattr(function, "__regraft_handles__", ())
+    return inputs
 
 
 class Input(Generic[M]):
@@ -86,8 +93,15 @@ class Input(Generic[M]):
         """Make the decorated method handle every message of this input (``latest_only``: the newest)."""
         if self.on_demand:
             raise TypeError(f"the input {self.name!r} is read on_demand: no handler opens all of its messages")
-        self.handler_name = function.__name__
+        marked: Any = function
+        marked.__regraft_handles__ = (*handled_by(function), self)
         return function
+
+    def with_handler(self, name: str) -> Input[M]:
+        """Return the same input, each of whose messages the method ``name`` handles."""
+        other = copy(self)
+        other.handler_name = name
+        return other
 
     def describe(self) -> PortDescription:
         """Return the port's description."""

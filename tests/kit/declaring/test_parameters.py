@@ -26,6 +26,15 @@ class Mover(Component):
     speed = Parameter(0.8, minimum=0.0, unit="m/s", limit="fastest")
 
 
+class Cautious(Component):
+    """Has bounds of its own besides what the robot can do."""
+
+    fastest = Parameter(0.5, minimum=0.0, read_only=True)
+    beams = Parameter(5.5, read_only=True)
+    speed = Parameter(0.2, minimum=0.1, maximum=0.26, unit="m/s", limit="fastest")
+    rays = Parameter(7, limit="beams")
+
+
 class Boundless(Component):
     """Has a limit that there is not."""
 
@@ -40,6 +49,25 @@ def test_a_limit_is_the_maximum_and_keeps_the_default(fastest: float, default: f
     parameters.set({"speed": fastest})
     with pytest.raises(ParameterError, match=f"must be at most {fastest} m/s"):
         parameters.set({"speed": fastest + 0.01})
+
+
+def test_a_limit_leaves_a_smaller_maximum_as_it_is() -> None:
+    with pytest.raises(ParameterError, match=r"4\.0: must be at most 0\.26 m/s"):
+        parameter_set(Cautious, {"fastest": 5.0, "speed": 4.0})
+
+
+def test_a_limit_of_a_whole_number_is_a_whole_number() -> None:
+    parameters = parameter_set(Cautious, {})
+    assert parameters.values["rays"] == 5
+    assert parameters.declared["rays"].describe().schema["maximum"] == 5
+
+
+def test_a_limit_below_the_least_value_is_refused_by_its_own_name() -> None:
+    with pytest.raises(ParameterError) as refused:
+        parameter_set(Cautious, {"fastest": 0.05})
+    ((name, why),) = refused.value.parts
+    assert name == "fastest"
+    assert "0.05: must be at least 0.1 m/s, the least of 'speed'" in why
 
 
 def test_a_limit_that_the_class_lacks_is_refused() -> None:

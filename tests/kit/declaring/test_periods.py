@@ -7,6 +7,8 @@ import math
 import pytest
 
 from regraft import Component, Parameter, every
+from regraft.bus_schema.errors import BadType
+from regraft.component.component import describe
 from regraft.component.handlers import LONGEST, MAX_RATE, MIN_PERIOD, NEVER, Period
 from regraft.runtime.core.timers import Timers
 
@@ -28,6 +30,14 @@ def test_a_sleep_is_over_at_a_time_that_clocks_have(then: int, due: int) -> None
 def test_rates_that_cannot_be_are_refused_where_they_are_declared(hz: float) -> None:
     with pytest.raises(ValueError, match=r"@every\(hz=.* must be between"):
         every(hz=hz)
+
+
+@pytest.mark.parametrize("attribute", ["checkpoint_every", "handler_timeout", "evaluate_every"])
+@pytest.mark.parametrize("seconds", [-1.0, 0.0, 1e-9, math.inf, math.nan])
+def test_a_class_with_a_period_that_cannot_be_is_refused_by_name(attribute: str, seconds: float) -> None:
+    hasty = type("Hasty", (Component,), {attribute: seconds})
+    with pytest.raises(BadType, match=rf"{attribute} = .*: must be between"):
+        describe(hasty)
 
 
 def test_the_default_of_a_parameter_is_looked_at_too() -> None:
