@@ -37,6 +37,7 @@ from regraft.bus_schema.messages.protocol.control import TypeDescription
 from regraft.bus_schema.suggestions import instead_of
 
 INFINITIES = {"Infinity": math.inf, "-Infinity": -math.inf}
+NO_JSON_NUMBERS = {**INFINITIES, "NaN": math.nan}
 """How JSON views show what JSON lacks."""
 
 
@@ -244,18 +245,34 @@ class _TypedArray(_FromSchema):
             return array
         if not isinstance(value, list):
             raise BadMessage(f"is {type(value).__name__}, must be a list of numbers ({wanted.dtype})")
+        dtype = np.dtype(wanted.dtype)
         try:
-            given = np.array(value) if value else np.zeros([length or 0 for length in wanted.shape])
-            exact = given.astype(np.dtype(wanted.dtype))
-        except (ValueError, TypeError, OverflowError):
+            given = np.array(_with_floats(value) if dtype.kind == "f" else value)
+            given = given if value else given.reshape(0, *(length or 0 for length in wanted.shape[1:]))
+            with np.errstate(over="ignore"):
+                exact = given.astype(dtype)
+        except (ValueError, TypeError, OverflowError, RecursionError):
             raise BadMessage(f"is no even list of numbers that fit {wanted.dtype}") from None
-        whole = np.dtype(wanted.dtype).kind in "iub"
-        if given.dtype.kind not in "iufb" or (whole and not np.array_equal(given, exact)):
+        if given.dtype.kind not in "iufb" or not _holds(exact, given):
             raise BadMessage(f"holds what is no number that fits {wanted.dtype}")
         return self.layout.check(exact)
 
     def pack(self, value: Any) -> Any:
         return self.layout.pack(self.array(value))
+
+
+def _with_floats(value: Any) -> Any:
+    """Return nested lists with the numbers that JSON views show as texts."""
+    if isinstance(value, list):
+        return [_with_floats(item) for item in value]
+    return NO_JSON_NUMBERS.get(value, value) if isinstance(value, str) else value
+
+
+def _holds(exact: np.ndarray[Any, Any], given: np.ndarray[Any, Any]) -> bool:
+    """Return whether the numbers of a dtype are those that were given; those of floats may be rounded."""
+    if exact.dtype.kind == "f":
+        return np.array_equal(np.isinf(exact), np.isinf(given.astype(float)))
+    return np.array_equal(given, exact)
 
 
 def _fields_of(shape: Shape) -> dict[str, Any]:

@@ -29,6 +29,7 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.geometry import Pose
 from regraft.bus_schema.messages.sensors import LaserScan
 from regraft.bus_schema.types_by_schema import DescribedType, describe_type, described_type
+from regraft.client.json_view import as_json
 from tests.schema.encoding.comparing import same
 from tests.schema.every_type import KINDS, of_every_message
 from tests.support.tables import check_each
@@ -55,6 +56,7 @@ class Lamp:
     far: Annotated[float, MayBeInfinite()] = 0.0
     near: float | None = None
     points: Annotated[FloatArray, Array("<f4", (None, 2))] = None  # type: ignore[assignment]
+    corner: Annotated[FloatArray, Array("<f4", (3,))] | None = None
 
 
 LAMP = described_type(describe_type(type_of(Lamp)))
@@ -132,6 +134,9 @@ def test_every_type_is_told_with_its_name_version_encoding_and_schema() -> None:
         ({"colour": "red", "level": 0, "points": {"dtype": "<f8", "data": [[1, 2]]}}, "points.dtype", "'<f4'"),
         ({"colour": "red", "level": 0, "points": {"shape": [2, 2], "data": [[1, 2]]}}, "points.shape", "[1, 2]"),
         ({"colour": "red", "level": 0, "points": "..."}, "points", "list of numbers"),
+        ({"colour": "red", "level": 0, "points": [[1, "2"]]}, "points", "no number"),
+        ({"colour": "red", "level": 0, "points": [[1, 1e300]]}, "points", "no number that fits <f4"),
+        ({"colour": "red", "level": 0, "corner": []}, "corner", "(0,), must be (3,)"),
         ({"colour": "red", "level": 0, "colr": 1}, "", "did you mean 'colour'?"),
         (["red"], "", "must be a map"),
     ],
@@ -149,6 +154,12 @@ def test_arrays_may_be_typed_as_lists_and_infinities_as_they_are_shown() -> None
     assert lamp.points.tolist() == [[1.0, 2.0], [3.0, 4.5]]
     assert lamp.far == float("inf")
     assert lamp.text == ""
+
+
+def test_a_scan_can_be_typed_as_it_is_shown() -> None:
+    ranges = np.array([1.0, np.inf, -np.inf, np.nan], np.float32)
+    scan = LaserScan(0.0, "lidar", "base", Pose(), 0.0, 0.1, 0.1, 3.5, ranges)
+    assert told(type_of(LaserScan)).encode(as_json(scan)) == codec.encode(scan)
 
 
 def test_a_large_array_travels_as_the_tail_of_the_payload() -> None:
