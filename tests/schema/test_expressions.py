@@ -119,3 +119,15 @@ def test_arithmetic_is_pythons(x: float, y: float) -> None:
     names = {"x": x, "y": y}
     assert Expression("x * y - y + x").number(names) == x * y - y + x
     assert Expression("x < y or x == y").value(names) is (x <= y)
+
+
+@pytest.mark.parametrize(
+    ("text", "renamed"),
+    [
+        ("(mode == 'a' and\x0c\n x)", "(q.mode == 'a' and\x0c\n q.x)"),
+        ("mode == 'a\x1cb' and x", "q.mode == 'a\x1cb' and q.x"),
+        ("(mode and\r\n x)", "(q.mode and\r\n q.x)"),
+    ],
+)
+def test_names_are_changed_where_they_stand_whatever_white_space_there_is(text: str, renamed: str) -> None:
+    assert Expression(text).renamed(lambda name: f"q.{name}") == renamed

@@ -106,7 +106,7 @@ class Expression:
         >>> Expression("mode == 'slow'").renamed(lambda name: f"left.{name}", lambda name, compared: f"left/{compared}")
         "left.mode == 'left/slow'"
         """
-        lines = [line.encode() for line in self.text.strip().splitlines(keepends=True)]
+        lines = self.text.strip().encode().splitlines(keepends=True)  # as the parser ends them
         new = {part: rename(name) for part in self._parts if (name := _name(part)) is not None}
         for name, held in self._comparisons():
             found = text(name, held.value) if isinstance(held.value, str) else held.value
