@@ -64,6 +64,18 @@ def test_an_unknown_system_exits_with_3_and_is_named(regraft: Regraft) -> None:
         assert "'nope'" in found.stderr
 
 
+@pytest.mark.parametrize("command", [("undo", "1"), ("show", "1"), ("diff", "0", "1")], ids=" ".join)
+def test_a_system_named_behind_a_group_is_the_one_that_is_meant(
+    regraft: Regraft, home: Path, command: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("REGRAFT_SYSTEM", "other")
+    with run_directory.lock("other"):
+        run_directory.write_info(RunInfo("other", "1", 1, "tcp/127.0.0.1:1", "stack.yaml", False))
+        for words in (("--system", "nope", *command), ("--system", "other", *command, "--system", "nope")):
+            found = regraft("journal", *words)
+            assert (found.exit_code, "'nope'" in found.stderr) == (NOT_REACHABLE, True), found.stderr
+
+
 def test_nothing_running_is_a_good_answer_of_ps(regraft: Regraft) -> None:
     found = regraft("ps", "--json")
     assert found.exit_code == 0
@@ -137,6 +149,8 @@ def test_a_system_that_cannot_be_reached_exits_with_3(regraft: Regraft, home: Pa
         ("lifecycle", "set", "a", "fly"),
         ("param", "set", "a", "b", "-x"),
         ("journal", "--limit", "0"),
+        ("journal", "--limit", "5", "show", "1"),
+        ("journal", "--before", "5", "diff", "0", "1"),
     ],
     ids=" ".join,
 )

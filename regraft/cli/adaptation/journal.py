@@ -24,6 +24,9 @@ from regraft.client.diff import ArchitectureDiff, Difference, diff
 
 journal = typer.Typer(help="List the adaptations of this run, newest first.", rich_markup_mode=None)
 
+LIMIT = 20
+"""Adaptations that the list has if nobody asks for more."""
+
 IdArgument = Annotated[str, typer.Argument(metavar="ID", help="The adaptation's id in the journal.")]
 
 
@@ -32,13 +35,15 @@ def list_lines(
     ctx: typer.Context,
     limit: Annotated[
         int, typer.Option("--limit", metavar="N", parser=whole(1, 500), help="How many, newest first.")
-    ] = 20,
+    ] = LIMIT,
     before: Annotated[str, typer.Option("--before", metavar="ID", help="Only older ones than this.")] = "",
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """List the adaptations of this run, newest first; one of them, what it changed, undo it: by the commands below."""
     if ctx.invoked_subcommand is not None:
+        if limit != LIMIT or before:
+            raise BadInput(f"--limit and --before are for the list: {ctx.invoked_subcommand!r} takes neither")
         return
     with reached(ctx, system) as there:
         page = _page(there, JournalRequest("", before, limit))

@@ -21,6 +21,7 @@ RobotOption = Annotated[
 
 
 def _note_json(ctx: typer.Context, wanted: bool) -> bool:
+    wanted = wanted or bool(ctx.parent and ctx.parent.params.get("as_json"))  # of a group that takes it
     ctx.meta[JSON] = wanted
     return wanted
 
@@ -94,8 +95,8 @@ ComponentArgument = Annotated[str, typer.Argument(metavar="COMPONENT", help="A c
 
 
 def chosen_system(ctx: typer.Context, system: str | None) -> str | None:
-    """Return the system named after the command or, if none is, before it (``regraft --system NAME ...``)."""
-    if system is not None:
-        return system
-    before: str | None = ctx.find_root().params.get("system")
-    return before
+    """Return the system named after the command or, if none is, before it: first after its group, if it has one."""
+    before = ctx.parent
+    while system is None and before is not None:
+        system, before = before.params.get("system"), before.parent
+    return system

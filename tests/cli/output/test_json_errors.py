@@ -49,6 +49,16 @@ def test_a_command_prints_its_error_as_an_object(regraft: Regraft) -> None:
     assert regraft("ps", "--system", "ghost").stderr.startswith("regraft: ")
 
 
+@pytest.mark.parametrize("words", [("--json", "show", "1"), ("--json", "diff", "0", "1")], ids=" ".join)
+def test_a_group_takes_the_option_for_its_commands(regraft: Regraft, words: tuple[str, ...]) -> None:
+    found = regraft("journal", *words)
+    assert (found.exit_code, json.loads(found.stderr)["code"]) == (NOT_REACHABLE, "not_reachable")
+
+
+def test_a_value_that_looks_like_the_option_asks_for_no_json(regraft: Regraft) -> None:
+    assert regraft("undo", "1", "--reason", "--json").stderr.startswith("regraft: ")
+
+
 MISTYPED = [
     (("journal", "--limit", "0", "--json"), "'--limit'"),
     (("ps", "--json", "--sytem", "frog"), "--sytem"),
