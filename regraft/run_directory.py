@@ -37,7 +37,7 @@ class NoHome(Exception):
 
 
 class NoRoom(Exception):
-    """The system's folder cannot be written; the text states why."""
+    """The systems' files cannot be read or written; the text states why."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +103,7 @@ def lock(system: str) -> IO[str]:
         (place / "logs").mkdir(exist_ok=True, mode=0o700)
         held = (place / "lock").open("a+")
     except OSError as error:
-        raise _no_room(place, error) from None
+        raise _no_room("write", place, error) from None
     if not _locked(held):
         held.close()
         info = read_info(system)
@@ -144,15 +144,15 @@ def write_info(info: RunInfo) -> None:
         fresh.replace(path)
     except OSError as error:
         fresh.unlink(missing_ok=True)
-        raise _no_room(path, error) from None
+        raise _no_room("write", path, error) from None
 
 
 def _private(path: str, flags: int) -> int:
     return os.open(path, flags, 0o600)
 
 
-def _no_room(path: Path, error: OSError) -> NoRoom:
-    return NoRoom(f"cannot write {path}: {error.strerror}; REGRAFT_HOME names another place")
+def _no_room(do: str, path: Path, error: OSError) -> NoRoom:
+    return NoRoom(f"cannot {do} {path}: {error.strerror}; REGRAFT_HOME names another place")
 
 
 def forget_info(system: str) -> None:
@@ -189,17 +189,26 @@ def continues(info: RunInfo) -> bool:
     return now is not None and now.run == info.run and is_running(info.system)
 
 
-def running() -> list[RunInfo]:
-    """Return all running systems, by name."""
-    if not home().is_dir():
+def known() -> list[str]:
+    """Return the names of the systems that run or have died without a farewell; raises NoRoom."""
+    place = home()
+    try:
+        names = sorted(os.listdir(place))
+    except (FileNotFoundError, NotADirectoryError):
         return []
-    names = sorted(path.parent.name for path in home().glob("*/run.json"))
-    infos = [read_info(name) for name in names if is_running(name)]
+    except OSError as error:
+        raise _no_room("read", place, error) from None
+    return [name for name in names if os.path.exists(place / name / "run.json")]  # False for another user's
+
+
+def running() -> list[RunInfo]:
+    """Return all running systems, by name; raises NoRoom."""
+    infos = [read_info(name) for name in known() if is_running(name)]
     return [info for info in infos if info is not None]
 
 
 def find(system: str | None = None) -> RunInfo:
-    """Return the system of that name, or the only one that runs; raises NotRunning."""
+    """Return the system of that name, or the only one that runs; raises NotRunning, NoRoom."""
     infos = running()
     if system is not None:
         found = next((info for info in infos if info.system == system), None)

@@ -9,6 +9,7 @@ import os
 import pkgutil
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
 
@@ -80,11 +81,11 @@ def _children(package: str) -> list[str]:
     if package:
         places = list(getattr(sys.modules.get(package), "__path__", ()))
         return [module.name for module in pkgutil.iter_modules(places)]
-    # Folders without an __init__.py are packages too.
-    folders = [
-        entry.name for place in sys.path if Path(place or ".").is_dir() for entry in Path(place or ".").iterdir()
-    ]
-    return [module.name for module in pkgutil.iter_modules()] + [name for name in folders if name.isidentifier()]
+    names = [module.name for module in pkgutil.iter_modules()]
+    for place in sys.path:
+        with suppress(OSError):  # most often no folder, or another user's
+            names += filter(str.isidentifier, os.listdir(place or "."))  # packages need no __init__.py
+    return names
 
 
 def after_failure(name: str, error: BaseException) -> str:
@@ -125,7 +126,7 @@ def _other_file(found: ModuleType, name: str) -> Path | None:
     for folder in map(Path, dict.fromkeys(place or "." for place in sys.path)):
         module = folder.joinpath(*name.split("."))
         for file in (module.with_suffix(".py"), module / "__init__.py"):
-            if file.is_file() and not places & {file.resolve(), *file.resolve().parents}:
+            if os.path.isfile(file) and not places & {file.resolve(), *file.resolve().parents}:
                 return file
     return None
 

@@ -87,7 +87,7 @@ def run_guest(
         raise explained(error, wanted.endpoints) from None
     system = first.architecture.system
     # Components and questions about classes run in it: a relative one would be looked for below itself.
-    stack_folder = wanted.stack_folder.resolve() if wanted.stack_folder else _stack_folder(first)
+    stack_folder = wanted.stack_folder.resolve() if wanted.stack_folder else stack_folder_of(first)
     look_in(stack_folder)
     folder = run_directory.folder(f"{system}@{wanted.name}")
     held = run_directory.lock(folder.name)
@@ -145,13 +145,15 @@ def _checked(first: JoinedSystem, wanted: Wanted) -> JoinedSystem:
     return first
 
 
-def _stack_folder(first: JoinedSystem) -> Path:
-    there, here = Path(first.stack_folder), packages()
-    if there.is_dir():
-        return there
+def stack_folder_of(first: JoinedSystem) -> Path:
+    """Return where this machine has the stack: the first host's folder, an installed one, or the current folder."""
+    there, here = first.stack_folder, packages()
+    # Another user's home, where this one may not look, is as good as absent.
+    if os.path.isdir(there):
+        return Path(there)
     installed = {folder: here[name] for name, folder in first.packages.items() if name in here}
-    found = Path(str(moved({"": first.stack_folder}, installed)[""]))
-    return found if found.is_dir() else Path.cwd()
+    found = str(moved({"": there}, installed)[""])
+    return Path(found) if os.path.isdir(found) else Path.cwd()
 
 
 def _check_files(plan: HostPlan) -> None:

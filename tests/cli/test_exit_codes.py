@@ -48,6 +48,9 @@ NEED_A_SYSTEM = [
     ("down",),
 ]
 
+LONGER_THAN_A_NAME = "x" * 300
+"""The name of a file that no file system takes: looking for it is an error, also for a user who may read all."""
+
 
 @pytest.mark.parametrize("command", NEED_A_SYSTEM, ids=" ".join)
 def test_without_a_running_system_a_command_exits_with_3(regraft: Regraft, command: tuple[str, ...]) -> None:
@@ -247,6 +250,52 @@ def test_a_command_of_a_user_without_a_home_is_refused(monkeypatch: pytest.Monke
     monkeypatch.setattr(Path, "home", no_home)
     with pytest.raises(run_directory.NoHome, match="set REGRAFT_HOME"):
         run_directory.home()
+
+
+@pytest.fixture
+def out_of_reach(home: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Have the systems' files be in a folder that nobody can look into, whatever the user may do."""
+    place = home / LONGER_THAN_A_NAME
+    monkeypatch.setenv("REGRAFT_HOME", str(place))
+    return place
+
+
+@pytest.mark.parametrize(
+    "command", [("ps",), ("down",), ("events",), ("logs", "a"), ("logs", "a", "--system", "frog")], ids=" ".join
+)
+def test_a_home_that_cannot_be_read_is_named_in_one_line(
+    regraft: Regraft, out_of_reach: Path, command: tuple[str, ...]
+) -> None:
+    found = regraft(*command)
+    assert found.exit_code == BAD_INPUT, found.exception
+    (line,) = found.stderr.splitlines()
+    assert str(out_of_reach) in line
+
+
+def test_a_home_that_cannot_be_read_is_a_finding_of_the_doctor(regraft: Regraft, out_of_reach: Path) -> None:
+    found = regraft("doctor", "--json")
+    assert found.exit_code == FAILED, found.exception
+    problems = [each for each in json.loads(found.stdout)["findings"] if each["level"] == "problem"]
+    assert {"home", "systems"} <= {each["check"] for each in problems if str(out_of_reach) in each["text"]}
+
+
+@pytest.mark.parametrize("options", [(), ("--follow",)], ids=["once", "follow"])
+def test_a_log_that_cannot_be_read_is_named_in_one_line(regraft: Regraft, home: Path, options: tuple[str, ...]) -> None:
+    log = home / "frog" / "logs" / "talker.log"
+    log.mkdir(parents=True)
+    found = regraft("logs", "talker", "--system", "frog", *options)
+    assert found.exit_code == BAD_INPUT, found.exception
+    (line,) = found.stderr.splitlines()
+    assert str(log) in line
+
+
+def test_a_mistyped_module_is_named_though_a_folder_on_the_path_cannot_be_read(
+    regraft: Regraft, home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "path", [str(home / LONGER_THAN_A_NAME), *sys.path])
+    found = regraft("run", "no_such_module:Class")
+    assert found.exit_code == BAD_INPUT, found.exception
+    assert "no_such_module" in found.stderr
 
 
 def test_a_relative_home_is_below_the_working_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

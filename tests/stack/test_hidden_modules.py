@@ -34,6 +34,13 @@ def test_a_class_in_a_file_that_the_standard_library_hides(folder: Path, name: s
     assert "did you mean" not in problem.problem
 
 
+def test_a_hidden_file_is_found_behind_a_folder_that_cannot_be_read(folder: Path) -> None:
+    sys.path.insert(0, str(folder / ("x" * 300)))
+    (folder / "types.py").write_text(COMPONENT)
+    with pytest.raises(NoSuchClass, match=f"of the standard library hides {folder}/types.py: rename that"):
+        load_class("types:Siren")
+
+
 def test_a_module_in_a_package_that_the_standard_library_hides(folder: Path) -> None:
     (folder / "types").mkdir()
     file = folder / "types" / "sirens.py"

@@ -161,14 +161,17 @@ def check_home() -> Iterator[Finding]:
 
 def check_leftovers() -> Iterator[Finding]:
     """Look for what systems that died have left behind."""
-    running = run_directory.running()
+    try:
+        running, known = run_directory.running(), run_directory.known()
+    except run_directory.NoRoom as error:
+        yield Finding("systems", PROBLEM, str(error))
+        return
     names = ", ".join(f"{info.system} (process {info.pid})" for info in running) or "none"
     yield Finding("systems", OK, f"running: {names}")
-    home = run_directory.home()
-    for path in sorted(home.glob("*/run.json")) if home.is_dir() else ():
-        system = path.parent.name
+    for system in known:
         if run_directory.is_running(system):
             continue
+        path = run_directory.folder(system) / "run.json"
         text = f"{system} died without a farewell: {path} is left; 'regraft up' under that name replaces it"
         yield Finding("leftovers", WARNING, text)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Sequence
 from itertools import islice
@@ -84,7 +85,7 @@ def _is_elsewhere(ctx: typer.Context, system: str | None, component: str) -> boo
     try:
         with reached(ctx, system) as there:
             seen = there.client.components().get(component)
-    except (run_directory.NotRunning, BusError):
+    except (run_directory.NotRunning, run_directory.NoRoom, BusError):
         return False
     return seen is not None and seen.host not in (None, LOCAL)
 
@@ -94,24 +95,39 @@ def _log_file(ctx: typer.Context, system: str | None, component: str) -> Path | 
     chosen = chosen_system(ctx, system)
     name = system_name(chosen) if chosen is not None else run_directory.find().system
     folder = run_directory.folder(name) / "logs"
-    if not folder.is_dir():
-        raise Unreachable(f"no system named {name!r} has run here")
+    try:
+        files = os.listdir(folder)
+    except (FileNotFoundError, NotADirectoryError):
+        raise Unreachable(f"no system named {name!r} has run here") from None
+    except OSError as error:
+        raise _cannot_read(folder, error) from None
     # A component may have written a log here before it was moved to another host.
     if component != HOST_LOG and _is_elsewhere(ctx, system, component):
         return None
-    path = folder / f"{component}.log"
-    if not path.exists():
-        hint = instead_of(component, [found.stem for found in folder.glob("*.log")])
+    file = f"{component}.log"
+    if file not in files:
+        hint = instead_of(component, [found.removesuffix(".log") for found in files if found.endswith(".log")])
         raise BadInput(f"{name} has no log of {component!r}; {hint} (what 'regraft run' starts logs to its terminal)")
-    return path
+    return folder / file
+
+
+def _cannot_read(path: Path, error: OSError) -> BadInput:
+    return BadInput(f"cannot read {path}: {error.strerror}")
 
 
 def tail(path: Path, count: int, *, unfinished: bool = False) -> tuple[list[str], int]:
-    """Return the last lines of a file, and the position behind them; ``unfinished`` takes one without end, too."""
-    with path.open("rb") as log:
-        end = log.seek(0, 2)
-        log.seek(max(0, end - MAX_BYTES))
-        data = log.read(MAX_BYTES)
+    """Return the last lines of a file, and the position behind them; ``unfinished`` takes one without end, too.
+
+    Raises:
+        BadInput: it cannot be read.
+    """
+    try:
+        with path.open("rb") as log:
+            end = log.seek(0, 2)
+            log.seek(max(0, end - MAX_BYTES))
+            data = log.read(MAX_BYTES)
+    except OSError as error:
+        raise _cannot_read(path, error) from None
     whole = data if unfinished else data[: data.rfind(b"\n") + 1]
     position = end - len(data) + len(whole)
     return whole.decode(errors="replace").splitlines()[-count:], position
@@ -120,7 +136,10 @@ def tail(path: Path, count: int, *, unfinished: bool = False) -> tuple[list[str]
 def grown(path: Path, position: int) -> tuple[list[str], int]:
     """Return the whole lines that a file has behind ``position``, and the position behind them.
 
-    A file that has become shorter was begun again.
+    A file that has become shorter was begun again. One that is gone has none.
+
+    Raises:
+        BadInput: it cannot be read.
     """
     try:
         with path.open("rb") as log:
@@ -130,6 +149,8 @@ def grown(path: Path, position: int) -> tuple[list[str], int]:
             data = log.read(MAX_BYTES)
     except FileNotFoundError:
         return [], 0
+    except OSError as error:
+        raise _cannot_read(path, error) from None
     whole = data[: data.rfind(b"\n") + 1] if len(data) < MAX_BYTES else data
     return whole.decode(errors="replace").splitlines(), start + len(whole)
 
