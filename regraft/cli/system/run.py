@@ -10,7 +10,7 @@ import signal
 import sys
 import threading
 import time
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -156,7 +156,7 @@ def _run_joined(own: Assignment, info: RunInfo, ending: ShutdownRequest, as_json
         if own.name in {*there.known.components, *there.known.silent}:
             raise BadInput(f"{info.system} has a component {own.name!r} already: choose another --name")
         scope = scope_of(own.name, there.known.topics) if "." in own.name else ""
-    threading.Thread(target=_end_after, args=(info.pid,), daemon=True).start()
+    threading.Thread(target=_end_after, args=(info,), daemon=True).start()
     endpoints = (info.endpoint,)
     joining = replace(own, simulated=info.simulated, connect_endpoints=endpoints, secret=info.secret, scope=scope)
     text = f"{own.name} joins system {info.system}; Ctrl-C ends it"
@@ -177,10 +177,11 @@ def _announce(own: Assignment, text: str, as_json: bool) -> None:
     sys.stdout.flush()
 
 
-def _end_after(pid: int) -> None:
-    """End this process once the one that runs the system has ended: its hub does not come back."""
-    with suppress(OSError):
-        while True:
-            os.kill(pid, 0)
-            time.sleep(LOOK_INTERVAL)
+def _end_after(info: RunInfo) -> None:
+    """End this process once the run of the system has ended: its hub does not come back.
+
+    Its process may stay as a zombie, or another one may get its number.
+    """
+    while run_directory.continues(info):
+        time.sleep(LOOK_INTERVAL)
     os.kill(os.getpid(), signal.SIGTERM)

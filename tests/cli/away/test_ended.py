@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -56,7 +57,7 @@ def site() -> Iterator[Site]:
 def running(site: Site, over: threading.Event) -> Iterator[None]:
     """Have commands find the site as a running system, until an event is set."""
     held = run_directory.lock("site")
-    run_directory.write_info(RunInfo("site", "first", 1, site.endpoint, "stack.yaml", simulated=False))
+    run_directory.write_info(RunInfo("site", "first", os.getpid(), site.endpoint, "stack.yaml", simulated=False))
 
     def end() -> None:
         over.wait(PATIENCE)
@@ -83,6 +84,21 @@ def test_a_wait_ends_with_3_once_the_system_has_ended(
         assert json.loads(done.stderr) == {"error": "site has ended", "code": "not_reachable", "exit_code": 3}
     else:
         assert done.stderr.splitlines()[-1] == "regraft: site has ended"
+
+
+def test_a_component_that_joined_ends_with_the_system_though_its_process_number_is_still_there(
+    site: Site, home: Path, tmp_path: Path
+) -> None:
+    over = threading.Event()
+    with running(site, over):
+        words = ("run", "--join", "site", "tiny_parts:Listener", "--name", "ear")
+        ear = Command(*words, log=tmp_path / "ear.log", cwd=STACK, environment=in_home(home))
+        try:
+            ear.wait_line("ear joins system site")
+            over.set()
+            assert ear.ended() == 0, ear.lines
+        finally:
+            ear.kill()
 
 
 @pytest.mark.slow
