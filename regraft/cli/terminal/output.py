@@ -53,7 +53,9 @@ def complain(text: str) -> None:
 
 def show_json(value: Any, *, compact: bool = False, err: bool = False) -> None:
     """Print a message or plain data as a JSON document; ``compact`` on one line, for streams of documents."""
-    text = json.dumps(as_json(value), indent=None if compact else 2, ensure_ascii=False)
+    encoding = (sys.stderr if err else sys.stdout).encoding or "utf-8"
+    lacks_some = not encoding.lower().startswith("utf")  # the escapes of standard output are not those of JSON
+    text = json.dumps(as_json(value), indent=None if compact else 2, ensure_ascii=lacks_some)
     typer.echo(_escaped(text, lambda c: json.dumps(c).strip('"')), err=err)
 
 

@@ -84,7 +84,8 @@ def _in_place_of(stream: TextIO | None, kind: type[TextIOWrapper], when_closed: 
     return kind(
         stream.buffer,
         encoding=stream.encoding,
-        errors=stream.errors,
+        # Others write much of what is shown, in characters that the stream may lack.
+        errors="backslashreplace" if stream.errors == "strict" else stream.errors,
         line_buffering=stream.line_buffering,
         write_through=stream.write_through,
     )

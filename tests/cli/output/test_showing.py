@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import sys
 from dataclasses import replace
 from importlib.metadata import EntryPoint
+from io import BytesIO, TextIOWrapper
 from pathlib import Path
 
 import pytest
@@ -33,9 +35,10 @@ from regraft.cli.bus.rates import Rates
 from regraft.cli.extensions import add_extensions
 from regraft.cli.main import build
 from regraft.cli.system.closing import Closing, plain_summary
-from regraft.cli.system.display import event_line, status_line
+from regraft.cli.system.display import display, event_line, status_line
 from regraft.cli.system.logs import grown, tail
 from regraft.cli.system.ps import remark, shown_state
+from regraft.cli.terminal import standard_streams
 from regraft.cli.terminal.output import harmless, plain_table, say, show_json
 from regraft.client import TopicSample
 from regraft.services.bt_executor.authors.showing import tree_lines
@@ -76,6 +79,25 @@ def test_json_is_whole_and_nothing_that_a_terminal_obeys(capsys: pytest.CaptureF
     assert all(c.isprintable() or c == "\n" for c in shown)
     assert "é, 光" in shown
     assert json.loads(shown) == value
+
+
+@pytest.mark.parametrize("encoding", ["latin-1", "cp1252", "utf-8"])
+def test_a_character_that_standard_output_lacks_is_shown_as_an_escape(
+    monkeypatch: pytest.MonkeyPatch, encoding: str
+) -> None:
+    written, errors = (TextIOWrapper(BytesIO(), encoding, write_through=True) for _ in range(2))
+    for name, stream in (("stdin", sys.stdin), ("stdout", written), ("stderr", errors)):
+        monkeypatch.setattr(sys, name, stream)
+    standard_streams.prepare()
+    text = "é, \u2192, \U0001f438, \x80"
+    display(headless=True, quiet=False).line(text)
+    show_json({"text": text}, compact=True)
+    show_json({"text": text}, compact=True, err=True)
+    sys.stdout.flush()
+    line, document = written.buffer.getvalue().decode(encoding).splitlines()
+    assert line == (text if encoding == "utf-8" else "é, \\u2192, \\U0001f438, \x80").replace("\x80", "\\x80")
+    for shown in (document, errors.buffer.getvalue().decode(encoding)):
+        assert json.loads(shown) == {"text": text}
 
 
 def test_an_event_is_one_line_that_names_its_subject_once() -> None:
