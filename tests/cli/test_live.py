@@ -190,6 +190,8 @@ def test_a_goal_that_is_detached_goes_on(tiny: System) -> None:
     before = regraft(tiny.home, "logs", "listener").stdout.count("its client is gone")
     done = regraft(tiny.home, "action", "send", "wait_for", "{value: 1.0e300}", "--detach")
     assert (done.returncode, done.stderr) == (0, "regraft: wait_for has accepted the goal\n")
+    accepted = tiny.ask("action", "send", "wait_for", "{value: 1.0e300}", "--detach")
+    assert accepted == {"action": "wait_for", "accepted": True}
     replaced = regraft(tiny.home, "action", "send", "wait_for", "{value: 1.0}")
     assert replaced.returncode == 0
     assert regraft(tiny.home, "logs", "listener").stdout.count("its client is gone") == before

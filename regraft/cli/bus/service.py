@@ -101,7 +101,10 @@ def send(
         heard: Backlog[PlainValue] = Backlog()
         pursued = there.client.goal_plain(name, request, on_feedback=heard.take if feedback else None, outlives=detach)
         if detach:
-            complain(f"{name} has accepted the goal")
+            if as_json:
+                show_json({"action": name, "accepted": True})
+            else:
+                complain(f"{name} has accepted the goal")
             return
         result = _result(pursued, timeout, heard, as_json=as_json)
         show_reply(result, as_json=as_json, compact=feedback)
