@@ -32,6 +32,7 @@ from regraft.process.logs import log_of
 from regraft.process.main import EXIT_FAULT, how_it_ended
 from regraft.runtime.core.clock import RealClock
 
+ZYGOTE_GONE = "the process that starts the others is gone"
 FIRST_BEAT_TIMEOUT = 15.0
 MAX_STARTING = 32
 """Processes that start at a time: more would only wait for a processor, and keep it from this host."""
@@ -117,8 +118,7 @@ class Supervisor:
     def zygote_gone(self) -> None:
         """Everything it had started has ended with it."""
         if not self.ended:
-            text = "the process that starts the others is gone: the system ends"
-            self._publisher.event("host.fault", self.plan.name, text)
+            self._publisher.event("host.fault", self.plan.name, f"{ZYGOTE_GONE}: the system ends")
         self.ended = True
         for managed in self.all_processes():
             managed.ordered, managed.pid, managed.start_at, managed.kill_at = False, 0, None, None

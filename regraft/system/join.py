@@ -20,6 +20,7 @@ from regraft.bus_schema.model.hosts.offers import NO_OFFER, HostOffer
 from regraft.host.joined_host import JoinedHost
 from regraft.host.joining.early_query import asked_by_a_child
 from regraft.host.plan import HostPlan, moved
+from regraft.host.supervisor import ZYGOTE_GONE
 from regraft.host.zygote.zygote import Zygote, start_zygote
 from regraft.process.scheduling import work_in_batches
 from regraft.process.shutdown import ShutdownRequest
@@ -187,7 +188,7 @@ def _run(
                 host.pump(PUMP)
                 step(joined)
             if host.ended:
-                host.over = "the process that starts the others is gone"
+                host.over = ZYGOTE_GONE
         except BaseException:
             host.failed = True
             raise

@@ -12,6 +12,7 @@ from regraft.cli.system.closing import Closing, SummaryAsked, plain_summary, sum
 from regraft.cli.system.display import Display, event_line, status_line
 from regraft.cli.system.watch import Watch
 from regraft.cli.terminal.output import seconds
+from regraft.host.supervisor import ZYGOTE_GONE
 from regraft.patience import Patience
 from regraft.system.launch import Running
 
@@ -79,7 +80,7 @@ class Run:
             self._show_status(watch, now)
         self._end_if_over(watch, running, now)
         self.closing = self._close(watch, running)
-        self.healthy = not running.host.ended and not self.closing.problems
+        self.healthy = not self.closing.problems
         if running.ending.wanted:
             self._say_ending()
 
@@ -194,7 +195,8 @@ class Run:
         return 0.0 if self._counting_from is None else time.monotonic() - self._counting_from
 
     def _problems(self, watch: Watch, running: Running) -> list[str]:
-        problems = [f"{name} is quarantined" for name in watch.quarantined()]
+        problems = [ZYGOTE_GONE] if running.host.ended else []
+        problems += [f"{name} is quarantined" for name in watch.quarantined()]
         source = running.host.plan.source or ""
         status = watch.statuses.get(source)
         if status is not None and status.failure and source in watch.given_up():
