@@ -144,11 +144,19 @@ def plain_summary(summaries: Mapping[str, RunSummary]) -> dict[str, Any]:
         return next(iter(plain.values()), {})
     digest = hashlib.sha256()
     for name, each in plain.items():
-        digest.update(name.encode() + bytes.fromhex(each["digest"]))
+        digest.update(name.encode() + _bytes_of(each["digest"]))
     together = {field: max(each[field] for each in plain.values()) for field in ("stamp", "ticks")}
     together |= {field: sum(each[field] for each in plain.values()) for field in ("contacts", "distance")}
     counts = {field: _by_robot(plain, field) for field in ("visits", "pictures", "hits", "adaptations")}
     return {"digest": digest.hexdigest(), **together, **counts, SUMMARIES: plain}
+
+
+def _bytes_of(digest: str) -> bytes:
+    """Return what the joint digest covers of a recorder's digest, which may be any text."""
+    try:
+        return bytes.fromhex(digest)
+    except ValueError:
+        return b"\0" + digest.encode()
 
 
 def _by_robot(plain: Mapping[str, dict[str, Any]], field: str) -> dict[str, int]:

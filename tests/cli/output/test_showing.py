@@ -295,6 +295,10 @@ def test_commands_of_other_packages_are_added_and_broken_ones_left_out() -> None
     assert CliRunner().invoke(app, ["broken"]).exit_code == 2
 
 
+ANY_TEXTS = ("0c", "sha256:0c", "sha256:0d", "q83vEjRW==", "")
+"""Digests of an author's recorders."""
+
+
 def test_the_summaries_of_several_recorders_are_summed_up_by_robot() -> None:
     left = RunSummary(20.0, "0a", 400, 1, 2.5, {"north": 2}, {"left/camera": 3}, {"left/camera": 1}, {})
     right = replace(left, ticks=399, contacts=0, distance=1.0, visits={"south": 1}, pictures={}, hits={})
@@ -307,6 +311,9 @@ def test_the_summaries_of_several_recorders_are_summed_up_by_robot() -> None:
     assert found["adaptations"] == {"applied": 2}
     assert found["summaries"]["right.recorder"]["distance"] == 1.0
     assert found["digest"] != plain_summary(told | {"left.recorder": replace(left, digest="0c")})["digest"]
+    joint = {plain_summary(told | {"left.recorder": replace(left, digest=text)})["digest"] for text in ANY_TEXTS}
+    assert len(joint) == len(ANY_TEXTS)
+    assert found["digest"] == "d6e314b9d4e5c46fc5a8684c2a0eac9c621967a93f157f88801fe2b849f44999"
     assert plain_summary({"recorder": left})["digest"] == "0a"
     assert plain_summary({}) == {}
     assert "summaries" not in closing(summary=found).line()
