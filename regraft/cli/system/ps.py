@@ -17,10 +17,11 @@ from regraft.cli.running_system import joined, plain_info
 from regraft.cli.terminal.options import JsonOption, RobotOption, SystemOption, chosen_system
 from regraft.cli.terminal.output import complain, say, show_json, show_table
 from regraft.client import ComponentSeen
+from regraft.patience import Patience
 from regraft.run_directory import RunInfo
 
 END_TIMEOUT = 20.0
-"""Seconds that a system may take to end: its host gives its components five, and leaves the bus."""
+"""Seconds that a system may take to end, more on a crowded machine: as its host gives them to the components."""
 LOOK_INTERVAL = 0.02
 SILENT_TIMEOUT = 1.0
 """Seconds without a status after which it is shown how long ago the last one was."""
@@ -131,11 +132,12 @@ def down(
         complain(f"process {info.pid} has ended already")
     except PermissionError:
         raise Failed(f"process {info.pid} belongs to another user, who has to end it") from None
-    while run_directory.is_running(info.system) and time.monotonic() - began < END_TIMEOUT:
+    patience = Patience(END_TIMEOUT)
+    while (runs := run_directory.is_running(info.system)) and not patience.is_over():
         time.sleep(LOOK_INTERVAL)
-    if run_directory.is_running(info.system):
-        raise Failed(f"{info.system} has not ended within {END_TIMEOUT:g} s; by force: kill -9 {info.pid}")
     took = time.monotonic() - began
+    if runs:
+        raise Failed(f"{info.system} has not ended within {took:.0f} s; by force: kill -9 {info.pid}")
     if as_json:
         show_json({"system": info.system, "ended": True, "seconds": round(took, 3)})
     else:
