@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from typer.core import TyperGroup
 
 from regraft.cli.terminal.numbers import seconds, whole
 
@@ -22,7 +23,8 @@ RobotOption = Annotated[
 
 def _note_json(ctx: typer.Context, wanted: bool) -> bool:
     wanted = wanted or bool(ctx.parent and ctx.parent.params.get("as_json"))  # of a group that takes it
-    ctx.meta[JSON] = wanted
+    if wanted or not isinstance(ctx.command, TyperGroup):  # the words behind a group's name may have it
+        ctx.meta[JSON] = wanted
     return wanted
 
 

@@ -67,6 +67,9 @@ MISTYPED = [
     (("--sytem", "frog", "ps", "--json"), "--sytem"),
     (("param", "lst", "--json"), "'lst'"),
     (("mission", "show", "--json", "frog"), "frog"),
+    (("journal", "show", "--json"), "ID"),
+    (("journal", "shw", "--json"), "'shw'"),
+    (("journal", "--limit", "5", "show", "1", "--json"), "--limit"),
 ]
 """Mistakes that are found while words are read, some before the option ``--json`` is."""
 
