@@ -68,7 +68,8 @@ def scan_fingerprint(ranges: npt.NDArray[np.float32]) -> bytes:
 
 def looks_all_around(scan: LaserScan) -> bool:
     """Return whether the beams of a scan look into every direction, so that the last is next to the first."""
-    return len(scan.ranges) * scan.angle_increment >= math.tau - scan.angle_increment / 2
+    increment = abs(scan.angle_increment)
+    return len(scan.ranges) * increment >= math.tau - increment / 2
 
 
 def judge_scan(

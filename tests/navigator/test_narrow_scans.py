@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
 
+from regraft.bus_schema.messages import geometry, sensors
 from regraft.planar import FloatArray, Pose2D, Twist2D
 from regraft.services.mapper.maps.grid import Grid
 from regraft.services.mapper.maps.rays import insert
 from regraft.services.mapper.maps.scan import Scan as MapperScan
+from regraft.services.navigator.conversions import scan_of
 from regraft.services.navigator.driving.local_controller import Manoeuvres, Situation
 from regraft.services.navigator.driving.robot import Footprint, Limits
 from regraft.services.navigator.planning.grid_planner import GridPlanner
 from regraft.services.navigator.sensing.scan import Scan
 from regraft.services.navigator.sensing.senses import ScanFault, ScanWatch
 from regraft.services.navigator.sensing.sight import Sight
-from regraft.services.sensor_checks import judge_scan
+from regraft.services.sensor_checks import judge_scan, looks_all_around
 
 from .world import Box, cast, rasterise
 
@@ -80,6 +82,17 @@ def uniform(robot: Robot, value: float) -> Scan:
     """Return a scan of equal ranges."""
     scan = robot.scan()
     return Scan(robot.time + 1.0, np.full(BEAMS, value), scan.angle_min, scan.angle_increment, EYE, LEAST, REACH)
+
+
+def message(scan: Scan, step: int = 1) -> sensors.LaserScan:
+    """Return the message of a scan, whose beams turn clockwise if `step` is -1."""
+    last = scan.angle_min + (len(scan.ranges) - 1) * scan.angle_increment
+    angle_min, increment = (scan.angle_min, scan.angle_increment) if step > 0 else (last, -scan.angle_increment)
+    pose = geometry.Pose.planar(scan.sensor.x, scan.sensor.y, scan.sensor.yaw)
+    ranges = scan.ranges[::step].astype(np.float32)
+    return sensors.LaserScan(
+        scan.stamp, "lidar", "base_link", pose, angle_min, increment, scan.range_min, scan.range_max, ranges
+    )
 
 
 def test_the_robot_does_not_back_up_into_a_wall_of_the_map_that_it_does_not_see() -> None:
@@ -168,6 +181,35 @@ def test_nothing_is_measured_beside_the_field_of_view(width: float) -> None:
     edge = 1e-6
     assert (measured[np.abs(bearings) < width / 2 - edge] == 1.0).all()
     assert (measured[np.abs(bearings) > width / 2 + edge] == 0.0).all()
+
+
+def test_a_scan_that_turns_clockwise_shows_what_the_other_way_round_shows() -> None:
+    there = Robot(Pose2D(3.5, 3.3, 0.4), boxes=[*ROOM, Box(4.5, 3.9, 0.2, 0.2)])
+    one, other = (scan_of(message(there.scan(), step)) for step in (1, -1))
+    assert np.allclose(one.points(), other.points())
+    bearings = np.linspace(-math.pi, math.pi, 2001)
+    points = np.column_stack([np.cos(bearings), np.sin(bearings)])
+    assert np.array_equal(one.towards(points), other.towards(points))
+    behind = Robot(Pose2D(0.35, 3.0, 0.0))
+    behind.look(scan_of(message(replace(behind.scan(), stamp=1.0), -1)))
+    assert not behind.can_drive(BACK)
+    assert behind.can_drive(AHEAD)
+
+
+def test_a_clockwise_scan_all_around_has_no_gap() -> None:
+    clockwise = message(Scan(0.0, np.full(360, 1.0), 0.0, math.tau / 360, Pose2D(), 0.1, 5.0), -1)
+    assert looks_all_around(clockwise)
+    scan = scan_of(clockwise)
+    bearings = np.linspace(-math.pi, math.pi, 2001)
+    assert scan.all_around
+    assert (scan.towards(np.column_stack([np.cos(bearings), np.sin(bearings)])) == 1.0).all()
+
+
+@pytest.mark.parametrize("count", [0, 1, 80])
+def test_beams_that_all_look_the_same_way_are_blindness(count: int) -> None:
+    robot = Robot()
+    scan = scan_of(message(replace(uniform(robot, 2.0), ranges=np.full(count, 2.0), angle_increment=0.0)))
+    assert robot.fault(scan) is ScanFault.BLIND
 
 
 def test_a_scan_all_around_has_no_gap() -> None:

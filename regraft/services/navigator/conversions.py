@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from regraft.bus_schema.messages import geometry, maps, sensors
@@ -34,13 +36,16 @@ def same_map(one: maps.OccupancyGrid, other: maps.OccupancyGrid) -> bool:
 
 
 def scan_of(message: sensors.LaserScan) -> Scan:
-    """Return a scan with the sensor's place on the robot."""
+    """Return a scan with the sensor's place on the robot; its beams are in counter-clockwise order.
+
+    Beams that all look the same way show no surroundings. Such a scan has none.
+    """
+    ranges, first, increment = message.ranges.astype(np.float64), message.angle_min, message.angle_increment
+    if increment < 0.0:
+        first += increment * (len(ranges) - 1)
+        ranges, increment = ranges[::-1], -increment
+    elif increment == 0.0:
+        ranges, increment = ranges[:0], math.tau
     return Scan(
-        message.stamp,
-        message.ranges.astype(np.float64),
-        message.angle_min,
-        message.angle_increment,
-        planar_pose(message.pose),
-        message.range_min,
-        message.range_max,
+        message.stamp, ranges, first, increment, planar_pose(message.pose), message.range_min, message.range_max
     )
