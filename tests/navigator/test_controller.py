@@ -78,6 +78,35 @@ def test_straight_path_is_driven_straight_at_full_speed() -> None:
     assert twist.w == pytest.approx(0.0, abs=0.01)
 
 
+FAST = Limits(2.0, 2.0, 2.0, 3.0, 2.5)
+
+
+@pytest.mark.parametrize("limits", [Limits(), FAST], ids=["usual", "fast"])
+def test_pursuit_drives_at_full_speed_until_the_path_s_end_is_near(limits: Limits) -> None:
+    robot = Robot(Pose2D(0.0, 0.1, 0.3), [], limits=limits)
+    path = np.column_stack([np.linspace(0.0, 12.0, 241), np.zeros(241)])
+    for _ in range(1500):
+        twist = PursuitController().follow(Situation(robot.pose, robot.twist, NOTHING, limits), path).twist
+        robot.drive(twist.v, twist.w)
+        if 3.0 < robot.pose.x < 9.0:
+            assert robot.twist.v > 0.95 * limits.max_velocity
+            assert abs(robot.pose.y) < 0.03
+    assert robot.pose.position == pytest.approx((12.0, 0.0), abs=0.08)
+
+
+def test_pursuit_does_not_creep_before_a_hairpin() -> None:
+    robot = Robot(ORIGIN, [], limits=FAST)
+    way, bend = np.linspace(0.0, 8.0, 161), np.linspace(-math.pi / 2, math.pi / 2, 30)
+    there = np.column_stack([way, np.zeros(161)])
+    around = np.column_stack([8.0 + 0.4 * np.cos(bend), 0.4 + 0.4 * np.sin(bend)])
+    path = np.concatenate([there, around, np.add(there[::-1], (0.0, 0.8))])
+    while robot.pose.x < 7.3:
+        twist = PursuitController().follow(Situation(robot.pose, robot.twist, NOTHING, FAST), path).twist
+        robot.drive(twist.v, twist.w)
+        if robot.pose.x > 3.0:
+            assert robot.twist.v > 0.4 * FAST.max_velocity
+
+
 @given(
     places=st.lists(st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0)), max_size=60),
     yaw=st.floats(-0.7, 0.7),

@@ -14,10 +14,11 @@ import numpy as np
 from regraft.planar import FloatArray, Twist2D
 from regraft.services.navigator.driving.local_controller import TURN_FROM, TURN_UNTIL, Decision, Manoeuvres, Situation
 from regraft.services.navigator.driving.rollouts import forecast
-from regraft.services.navigator.polyline import points_along, stretch_ahead
+from regraft.services.navigator.polyline import lengths_along, points_along, stretch_ahead
 
 # Points of the path (m ahead) to steer to: the farthest whose arc is free, as near ones are hunted nervously.
 LOOK_AHEAD = np.array([0.40, 0.30, 0.20, 0.12])
+SHORTEST_STRETCH = 2 * float(LOOK_AHEAD[0])  # m: as much of the path is looked at, however slow the robot is
 # Shares of the regulated speed that are tried, the slower ones reaching less far.
 SHARES = np.array([1.0, 0.5, 0.25])
 WIDE_CURVE = 0.5  # m: narrower ones are driven slower
@@ -36,22 +37,22 @@ class PursuitController:
 
     def follow(self, now: Situation, path: FloatArray, turning: bool = False) -> Decision:
         """Choose the twist that brings the robot along `path` (N, 2)."""
-        reach = float(LOOK_AHEAD[0])
-        ahead = now.pose.inward(stretch_ahead(path, now.pose, 2 * reach))
-        carrots = points_along(ahead, LOOK_AHEAD)
+        stretch = max(SHORTEST_STRETCH, now.limits.max_velocity / BRAKING)
+        ahead = now.pose.inward(stretch_ahead(path, now.pose, stretch))
+        carrots = points_along(ahead, _look_ahead(stretch))
         bearing = math.atan2(carrots[1, 1], carrots[1, 0])
         if abs(bearing) > (TURN_UNTIL if turning else TURN_FROM):
             turn = self.manoeuvres.turn_by(now, bearing)
             if not turn.blocked:
                 return turn
-        decision = self._pursue(now, carrots, float(np.hypot(ahead[-1, 0], ahead[-1, 1])))
+        decision = self._pursue(now, carrots, _left(ahead, stretch))
         nearest = math.atan2(carrots[-1, 1], carrots[-1, 0])
         if decision.blocked and abs(nearest) > MISALIGNED:
             return self.manoeuvres.turn_by(now, nearest)
         return decision
 
     def _pursue(self, now: Situation, carrots: FloatArray, left: float) -> Decision:
-        """Choose the fastest free arc to one of the points (N, 2); `left` (m) is how far the path's end is."""
+        """Choose the fastest free arc to one of the points (N, 2); `left` (m) is the way to the path's end."""
         doing, greatest = self.manoeuvres, now.limits.max_velocity
         if greatest == 0.0:
             return doing.stop(now)
@@ -74,3 +75,24 @@ class PursuitController:
         best = int(free.argmax())
         target = now.limits.saturate(Twist2D(float(tried.v[best]), float(tried.w[best])))
         return Decision(now.reachable(target))
+
+
+def _look_ahead(stretch: float) -> FloatArray:
+    """Return how far along the path (m) the points are, the farthest first, for a robot that looks at a `stretch` (m).
+
+    A fast robot passes the usual ones before it has turned to them, and swings about the path.
+    """
+    if stretch > SHORTEST_STRETCH:
+        return np.concatenate([stretch / SHORTEST_STRETCH * LOOK_AHEAD, LOOK_AHEAD])
+    return LOOK_AHEAD
+
+
+def _left(ahead: FloatArray, stretch: float) -> float:
+    """Return how far (m) it is to the end of a path of which `ahead` (N, 2), in the base frame, is the next `stretch`.
+
+    A path that is longer counts as one of that length. Robots for which the shortest stretch will do are slow. For them
+    it is the straight distance: with the way along the path every recorded run of theirs would be another.
+    """
+    if stretch > SHORTEST_STRETCH:
+        return float(lengths_along(ahead)[-1])
+    return float(np.hypot(ahead[-1, 0], ahead[-1, 1]))
