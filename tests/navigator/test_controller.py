@@ -201,6 +201,43 @@ def test_long_robot_in_a_corridor_stops_before_what_is_ahead(
     assert robot.twist.v == 0.0
 
 
+WEAK = [Limits(1.0, 1.0, 0.3, 3.0, 1.2), Limits(1.5, 1.0, 0.4, 3.0, 1.8), Limits(2.0, 1.0, 0.25, 3.0, 2.5)]
+"""Of robots that take longer than three seconds to stop."""
+
+
+@pytest.mark.parametrize("kind", [RolloutController, PursuitController])
+@pytest.mark.parametrize("limits", WEAK)
+def test_robot_with_weak_brakes_stops_before_a_wall(
+    kind: type[RolloutController] | type[PursuitController], limits: Limits
+) -> None:
+    controller = kind(Manoeuvres(Footprint.disc(0.3)))
+    robot = Robot(ORIGIN, [], limits=limits)
+    path = np.column_stack([np.linspace(0.0, 25.0, 501), np.zeros(501)])
+    for _ in range(900):
+        now = Situation(robot.pose, robot.twist, wall(18.0, -4.0, 4.0), limits)
+        twist = controller.follow(now, path).twist
+        robot.drive(twist.v, twist.w)
+        assert robot.pose.x + 0.3 < 18.0
+    assert robot.fastest > 0.9 * limits.max_velocity
+    assert robot.pose.x > 15.0
+    assert robot.twist.v == 0.0
+
+
+@pytest.mark.parametrize("limits", WEAK)
+@pytest.mark.parametrize("way", [1.0, -1.0], ids=["forwards", "backwards"])
+def test_robot_with_weak_brakes_is_not_driven_by_hand_into_a_wall(limits: Limits, way: float) -> None:
+    manoeuvres = Manoeuvres(Footprint.disc(0.3))
+    robot = Robot(ORIGIN, [], limits=limits)
+    asked = Twist2D(way * limits.max_velocity, 0.0)
+    for _ in range(900):
+        now = Situation(robot.pose, robot.twist, way * wall(18.0, -4.0, 4.0), limits)
+        twist = now.reachable(asked if manoeuvres.can_drive(now, asked) else Twist2D())
+        robot.drive(twist.v, twist.w)
+        assert abs(robot.pose.x) + 0.3 < 18.0
+    assert robot.fastest > 0.9 * limits.max_velocity
+    assert abs(robot.pose.x) > 15.0
+
+
 def test_backing_up_needs_a_free_rear() -> None:
     free = Situation(ORIGIN, Twist2D(), wall(0.2), Limits())
     confined = Situation(ORIGIN, Twist2D(), wall(-0.26), Limits())

@@ -9,7 +9,7 @@ import numpy as np
 from regraft.planar import FloatArray, Pose2D, Twist2D, wrap_angle
 from regraft.services.navigator.driving.robot import Footprint, Limits
 from regraft.services.navigator.driving.rollouts import Rollouts, forecast, in_place, nearby
-from regraft.services.navigator.normalized_qualities import stopping_distance
+from regraft.services.navigator.normalized_qualities import REACTION, stopping_distance
 
 # Turn in place first when the way lies further aside than TURN_FROM, until it does by less than TURN_UNTIL.
 TURN_FROM = 0.785
@@ -18,6 +18,7 @@ TURN_GAIN = 2.0  # 1/s
 SLOWEST_TURN = 0.12  # rad/s: slower turns may never overcome friction
 # The next forecast step is checked even for a turn that is nearly done.
 TURN_CHECK_STEP = 0.1
+LONGEST = 12.0  # s: forecasts reach no further, however weak the brakes are
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,14 +70,26 @@ class Controller(Protocol):
 class Manoeuvres:
     """Turning in place, backing up and standing, as far as there is room.
 
-    Forecasts reach `horizon` seconds ahead in steps of `step`. The outline keeps `margin` (m) to every
-    obstacle; where the robot already is nearer, it at least gets no nearer.
+    Forecasts reach `horizon` seconds ahead in steps of `step`, and further for a robot that takes longer to stop. The
+    outline keeps `margin` (m) to every obstacle; where the robot already is nearer, it at least gets no nearer.
     """
 
     footprint: Footprint = field(default=Footprint())
     horizon: float = 1.5
     step: float = 0.15
     margin: float = 0.03
+
+    def foresight(self, now: Situation) -> float:
+        """Return how far (s) forecasts reach: at full speed the robot can stop before all that they show."""
+        limits = now.limits
+        braking = max(limits.max_velocity / limits.acceleration, limits.max_turn_rate / limits.turn_acceleration)
+        # A robot that brakes evenly gets half as far as one that does not.
+        needed = braking / 2 + REACTION + now.period
+        return self.horizon if needed <= self.horizon else min(math.ceil(needed / self.step) * self.step, LONGEST)
+
+    def forecast(self, now: Situation, targets: tuple[FloatArray, FloatArray]) -> Rollouts:
+        """Return where the robot gets by each of the target twists (v, w), each (N,)."""
+        return forecast(targets, now.twist, now.limits, self.foresight(now), self.step)
 
     def turn(self, now: Situation, yaw: float) -> Decision:
         """Choose the twist that turns the robot in place towards `yaw` (rad), the way round that is free."""
@@ -97,17 +110,15 @@ class Manoeuvres:
         """Choose the twist that drives straight back at `speed` (m/s) while the rear is free."""
         target = now.limits.saturate(Twist2D(-speed, 0.0))
         targets = (np.array([target.v]), np.zeros(1))
-        back = forecast(targets, now.twist, now.limits, self.horizon, self.step)
-        if not self._admissible(back, self.near(now, self.horizon * speed)):
+        if not self._admissible(self.forecast(now, targets), self.near(now, self.foresight(now) * speed)):
             return self.halt(now)
         return Decision(now.reachable(target))
 
     def can_drive(self, now: Situation, target: Twist2D) -> bool:
-        """Return whether the robot can drive at `target` for the horizon without coming too close to anything."""
+        """Return whether the robot can drive at `target` as far as it foresees without coming too close to anything."""
         aimed = now.limits.saturate(target)
         targets = (np.array([aimed.v]), np.array([aimed.w]))
-        tried = forecast(targets, now.twist, now.limits, self.horizon, self.step)
-        return self._admissible(tried, self.near(now, self.horizon * abs(aimed.v)))
+        return self._admissible(self.forecast(now, targets), self.near(now, self.foresight(now) * abs(aimed.v)))
 
     def can_turn(self, now: Situation, angle: float) -> bool:
         """Return whether the robot can turn in place by `angle` (rad) without coming too close to anything."""

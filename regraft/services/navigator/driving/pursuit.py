@@ -13,7 +13,6 @@ import numpy as np
 
 from regraft.planar import FloatArray, Twist2D
 from regraft.services.navigator.driving.local_controller import TURN_FROM, TURN_UNTIL, Decision, Manoeuvres, Situation
-from regraft.services.navigator.driving.rollouts import forecast
 from regraft.services.navigator.polyline import lengths_along, points_along, stretch_ahead
 
 # Points of the path (m ahead) to steer to: the farthest whose arc is free, as near ones are hunted nervously.
@@ -57,7 +56,7 @@ class PursuitController:
         if greatest == 0.0:
             return doing.stop(now)
         curvatures = 2.0 * carrots[:, 1] / np.maximum((carrots * carrots).sum(axis=1), 1e-4)
-        points = doing.near(now, doing.horizon * greatest)
+        points = doing.near(now, doing.foresight(now) * greatest)
         tightness = min(max((doing.gap(points) - doing.margin) / ROOMY, SLOWEST), 1.0)
         slow_end = max(BRAKING * left, CREEP)
         in_curve = np.minimum(1.0 / np.maximum(np.abs(curvatures) * WIDE_CURVE, 1e-9), 1.0)
@@ -68,7 +67,7 @@ class PursuitController:
         rims = v + np.abs(w) * now.limits.track / 2
         scale = np.minimum(1.0, now.limits.max_turn_rate / np.maximum(np.abs(w), 1e-9))
         scale = np.minimum(scale, now.limits.wheel_speed / np.maximum(rims, 1e-9))
-        tried = forecast((v * scale, w * scale), now.twist, now.limits, doing.horizon, doing.step)
+        tried = doing.forecast(now, (v * scale, w * scale))
         free = tried.clearances(doing.footprint, points).min(axis=1) >= doing.required_gap(points)
         if not free.any():
             return doing.halt(now)

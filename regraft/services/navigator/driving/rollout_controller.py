@@ -14,7 +14,7 @@ import numpy as np
 
 from regraft.planar import FloatArray, Twist2D
 from regraft.services.navigator.driving.local_controller import TURN_FROM, TURN_UNTIL, Decision, Manoeuvres, Situation
-from regraft.services.navigator.driving.rollouts import Rollouts, candidates, forecast
+from regraft.services.navigator.driving.rollouts import Rollouts, candidates
 from regraft.services.navigator.polyline import lengths_along, points_along, stretch_ahead
 
 AIM = 0.35  # m along the path: where to look when deciding whether to turn in place first
@@ -53,7 +53,7 @@ class RolloutController:
 
     def follow(self, now: Situation, path: FloatArray, turning: bool = False) -> Decision:
         """Choose the twist that brings the robot along `path` (N, 2)."""
-        length = self.manoeuvres.horizon * now.limits.max_velocity + 2 * AIM
+        length = self.manoeuvres.foresight(now) * now.limits.max_velocity + 2 * AIM
         ahead = now.pose.inward(stretch_ahead(path, now.pose, length))
         along = lengths_along(ahead)
         aim = points_along(ahead, AIMED, along)[0]
@@ -66,8 +66,8 @@ class RolloutController:
 
     def _best(self, now: Situation, ahead: FloatArray, along: FloatArray) -> Decision:
         doing, greatest = self.manoeuvres, now.limits.max_velocity
-        tried = forecast(candidates(now.limits), now.twist, now.limits, doing.horizon, doing.step)
-        points = doing.near(now, doing.horizon * greatest + self.weights.close)
+        tried = doing.forecast(now, candidates(now.limits))
+        points = doing.near(now, doing.foresight(now) * greatest + self.weights.close)
         # Room beyond these clearances makes no difference. Rounding must not either, so a little more is looked at.
         matters = max(self.weights.close, doing.margin + ROOMY) + SLACK
         passed = tried.passed(points, doing.footprint.circumradius + matters)
@@ -109,7 +109,7 @@ class RolloutController:
         self, now: Situation, tried: Rollouts, ahead: FloatArray, along: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Return what each forecast costs by where it leads, and by the change of the turning rate."""
-        length = max(self.manoeuvres.horizon * now.limits.max_velocity, SHORTEST)
+        length = max(self.manoeuvres.foresight(now) * now.limits.max_velocity, SHORTEST)
         aim = max(length, NEAREST_TARGET)
         line = points_along(ahead, _looked_at(aim), along)
         target, beyond = line[-2], line[-1]

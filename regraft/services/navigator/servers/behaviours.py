@@ -105,7 +105,7 @@ class Turn(Behaviour):
             return Twist2D()
         limits = now.limits
         rate = min(max(math.sqrt(2.0 * limits.turn_acceleration * left), SLOWEST_TURN), limits.max_turn_rate)
-        soon = math.copysign(min(left, rate * self.manoeuvres.horizon), self.angle)
+        soon = math.copysign(min(left, rate * self.manoeuvres.foresight(now)), self.angle)
         if self.checks and not self.manoeuvres.can_turn(now, soon):
             self.fail(MotionError.COLLISION_AHEAD, f"{left:.2f} rad before the end of the turn something is in the way")
             return Twist2D()
@@ -133,7 +133,7 @@ class Straight(Behaviour):
             return Twist2D()
         slow_enough = max(math.sqrt(2.0 * now.limits.acceleration * left), SLOWEST)
         target = Twist2D(math.copysign(min(abs(self.speed), slow_enough), self.speed), 0.0)
-        reach = abs(now.limits.saturate(target).v) * self.manoeuvres.horizon
+        reach = abs(now.limits.saturate(target).v) * self.manoeuvres.foresight(now)
         ahead = Twist2D(target.v * min(left / reach, 1.0) if reach > 0.0 else 0.0, 0.0)
         if self.checks and not self.manoeuvres.can_drive(now, ahead):
             self.fail(MotionError.COLLISION_AHEAD, f"{left:.2f} m before the end of the way something is in the way")
