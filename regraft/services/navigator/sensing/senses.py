@@ -18,6 +18,8 @@ LOST_TIMEOUT = 0.5  # s without odometry, of which there are twenty a second
 FEW = 0.10  # of the beams: with fewer echoes a lidar must be alone in the open, or blind
 MANY = 0.30  # of the beams
 EXPECTED = 0.30  # of the directions of a scan with a gap: with fewer mapped obstacles in them it may be empty
+TIMES = 3.0  # as many directions with mapped obstacles as beams that come back, or more, are too many
+SECTOR = math.radians(5.0)  # finer beams pass between the middles of the map's cells
 CERTAIN = 0.5  # m nearer than the lidar's range: what must be seen from where the robot is
 REPEATS = 3  # equal scans in a row, although the robot moved this much between the first and the last:
 MOVED, TURNED = 0.04, 0.08  # m, rad
@@ -83,8 +85,7 @@ class ScanWatch:
         self._stamp = scan.stamp
         frozen = self._frozen(pose, scan)
         if scan.all_around:
-            clearance = float(planner.clearance(np.array([place.position]))[0])
-            self._content = frozen or self._blind(pose, scan, clearance)
+            self._content = frozen or self._blind(pose, scan, place, planner)
         else:
             self._content = frozen or self._blind_ahead(scan, place, planner)
 
@@ -105,19 +106,18 @@ class ScanWatch:
         still = self._repeats < REPEATS or not (moved or turned) or not np.isfinite(scan.ranges).any()
         return None if still else ScanFault.FROZEN
 
-    def _blind(self, pose: Pose2D, scan: Scan, clearance: float) -> ScanFault | None:
-        """Return whether too few beams come back, where the map or the scans before show that some should."""
-        share = float(scan.echoes().mean()) if len(scan.ranges) else 0.0
+    def _blind(self, pose: Pose2D, scan: Scan, place: Pose2D, planner: GridPlanner) -> ScanFault | None:
+        """Return whether too few beams come back, where the map or the scans before show that more should."""
+        share = float(scan.echoes().mean())
         if share >= FEW:
             self._rich_at = pose if share >= MANY else self._rich_at
             return None
-        certain = scan.range_max - CERTAIN
         before = self._rich_at
         seen_before = before is not None and math.hypot(pose.x - before.x, pose.y - before.y) < CERTAIN
-        invalid = float(np.mean(~(scan.ranges >= scan.range_min))) if len(scan.ranges) else 1.0
-        if clearance > certain and not seen_before and invalid < 1.0 - FEW:
-            return None
-        return ScanFault.BLIND
+        if seen_before or float(np.mean(~(scan.ranges >= scan.range_min))) >= 1.0 - FEW:
+            return ScanFault.BLIND
+        expected = _expected(scan, place, planner, max(scan.angle_increment, SECTOR))
+        return ScanFault.BLIND if expected >= max(FEW, TIMES * share) else None
 
     def _blind_ahead(self, scan: Scan, place: Pose2D, planner: GridPlanner) -> ScanFault | None:
         """Return whether a scan of a part of the surroundings lacks what the map has there.
@@ -129,12 +129,7 @@ class ScanWatch:
             return None
         if not len(seen) or float(np.mean(~(scan.ranges >= scan.range_min))) >= 1.0 - FEW:
             return ScanFault.BLIND
-        sensor = place.compose(scan.sensor)
-        there = sensor.inward(planner.grid.occupied_within(sensor.position, scan.range_max - CERTAIN))
-        bearings = np.mod(np.arctan2(there[:, 1], there[:, 0]) - scan.angle_min, math.tau)
-        beams = np.unique(np.rint(bearings / scan.angle_increment).astype(int))
-        expected = np.count_nonzero(beams < len(seen)) / len(seen)
-        return ScanFault.BLIND if expected >= EXPECTED else None
+        return ScanFault.BLIND if _expected(scan, place, planner, scan.angle_increment) >= EXPECTED else None
 
     def snapshot(self) -> dict[str, Any]:
         """Return the state as plain data."""
@@ -156,6 +151,16 @@ class ScanWatch:
         self._ranges, self._repeats = np.array(state["ranges"], np.float64), state["repeats"]
         self._first_at = Pose2D(*state["first_at"])
         self._rich_at = None if state["rich_at"] is None else Pose2D(*state["rich_at"])
+
+
+def _expected(scan: Scan, place: Pose2D, planner: GridPlanner, width: float) -> float:
+    """Return in which share of a scan's directions, each of a `width` (rad), the map has something to be seen."""
+    sensor = place.compose(scan.sensor)
+    there = sensor.inward(planner.grid.occupied_within(sensor.position, scan.range_max - CERTAIN))
+    bearings = np.mod(np.arctan2(there[:, 1], there[:, 0]) - scan.angle_min, math.tau)
+    directions = np.unique(np.rint(bearings / width).astype(int))
+    count = max(round(len(scan.ranges) * scan.angle_increment / width), 1)
+    return float(np.count_nonzero(directions < count) / count)
 
 
 def _code(fault: ScanFault | None) -> str | None:
