@@ -158,15 +158,17 @@ class Mapping:
         self._grid, self._grid_state = grid, None
 
     def _repeats(self, scan: Scan, odometry: Pose2D) -> bool:
-        """Return whether a scan is the same as the previous one: it has no information, and is wrong if the robot
-        moved.
+        """Return whether a scan is the same as the previous one: it has no information.
+
+        It is wrong if the robot moved. But scans that show nothing at all are alike in every wide space.
         """
         last, self._last_scan = self._last_scan, (scan, odometry)
-        if last is None or not np.array_equal(last[0].ranges, scan.ranges):
+        if last is None or not np.array_equal(last[0].ranges, scan.ranges, equal_nan=True):
             self.frozen = False
             return False
         self._last_scan = (scan, last[1])
-        self.frozen = last[1].distance(odometry) > MOVED or abs(wrap_angle(odometry.yaw - last[1].yaw)) > TURNED
+        moved = last[1].distance(odometry) > MOVED or abs(wrap_angle(odometry.yaw - last[1].yaw)) > TURNED
+        self.frozen = moved and bool(np.isfinite(scan.ranges).any())
         return True
 
     def _is_still_there(self, odometry: Pose2D) -> bool:
