@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from regraft import CallFailed, Component, Output, every
 from regraft.bus_schema.messages.maps import Frontier, NextFrontier, OccupancyGrid
 from regraft.bus_schema.model.lifecycle import State, Transition
+from regraft.component.component import describe
 from regraft.services.explorer.explorer import Explorer
 from regraft.testing import Rig
 from tests.services.rigs import set_parameters
@@ -236,3 +237,7 @@ def test_it_tells_how_much_is_known_and_left(rig: Rig) -> None:
     assert last["frontiers_left"] == 0
     assert last["known_area"] > first["known_area"]
     rig.transition("explorer", Transition.DEACTIVATE)
+
+
+def test_a_large_map_may_take_longer_than_the_handlers_of_others() -> None:
+    assert describe(Explorer).handler_timeout >= 2.0

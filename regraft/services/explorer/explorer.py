@@ -41,6 +41,7 @@ class Explorer(Component):
     state_version = 1
     checkpoint_every = 5.0
     resources = Resources(cpu=0.02, memory=25.0)
+    handler_timeout = 3.0  # it looks at the whole map at once, which may be large
 
     strategy = Parameter(
         "best", "which frontier comes first: see the weights, or the furthest", choices=tuple(STRATEGIES)
@@ -70,6 +71,7 @@ class Explorer(Component):
         """Begin with nothing given."""
         self._places = Places(self.renewal)
         self._seen: _Look | None = None
+        self._known: tuple[maps.OccupancyGrid, sensors.Odometry, float, Ground] | None = None
         self._requests = 0
         self._distance = 0.0
 
@@ -84,11 +86,11 @@ class Explorer(Component):
         asked_at = self.kit.now()
         await self._get_ready()
         if request.unreached:
-            self._places.spend(self._look().ground, unreached=True)
+            self._places.spend(self._ground(), unreached=True)
         elif self._is_there():
             if self._places.still_there(self._look().frontiers):
                 await self._see_map_of(asked_at)
-            self._places.spend(self._look().ground)
+            self._places.spend(self._ground())
         look = self._look()
         if not look.frontiers:
             await self._see_map_of(asked_at)
@@ -137,16 +139,25 @@ class Explorer(Component):
             return False
         return math.dist(last.goal.position, (odometry.pose.x, odometry.pose.y)) <= THERE
 
-    def _look(self) -> _Look:
-        """Look at the map as it is now; raises RequestRefused if it is of no use."""
+    def _ground(self) -> Ground:
+        """Return the ground by the map as it is now; raises RequestRefused if that is of no use."""
         message, odometry = self.map.latest, self.odometry.latest
         assert message is not None
         assert odometry is not None
+        known = self._known
+        if known and known[0] is message and known[1] is odometry and known[2] == self.radius:
+            return known[3]
         try:
             ground = Ground.of(grid_of(message), planar_pose(odometry.pose).position, self.radius)
         except ValueError as error:
             self.kit.diagnose("map", Level.ERROR, f"the map is of no use: {error}")
             raise RequestRefused(f"the map is of no use: {error}", RefusalCode.UNAVAILABLE) from None
+        self._known = (message, odometry, self.radius, ground)
+        return ground
+
+    def _look(self) -> _Look:
+        """Look at the map as it is now; raises RequestRefused if it is of no use."""
+        ground = self._ground()
         settings = FrontierSettings(self.radius, self.turning_room, self.min_length, self.min_area, self.range_max)
         found = find_frontiers(ground, settings, self._places.useless(ground))
         frontiers = [each for each in found if self._places.open(each, ground)]

@@ -149,6 +149,10 @@ class _Standing:
 
     def _nearest_view(self, places: Cells, targets: Cells, within: float, least: float) -> tuple[int, int] | None:
         """Return the place (cell) nearest to the first target that shows almost the most, and at least a part."""
+        # The places are in the order of their rows: on a large map few are near.
+        row = float(targets[0, 0])
+        rows = places[:, 0]
+        places = places[np.searchsorted(rows, row - within) : np.searchsorted(rows, row + within, side="right")]
         away = np.hypot(*(places - targets[0]).T)
         order = np.argsort(away, kind="stable")
         order = order[: np.searchsorted(away[order], within, side="right")]
@@ -161,5 +165,5 @@ class _Standing:
         good = seen >= max(1.0, NEARLY * float(seen.max()), least * len(targets))
         if not good.any():
             return None
-        row, column = places[order[np.argmax(good)]]
-        return int(row), int(column)
+        place = places[order[np.argmax(good)]]
+        return int(place[0]), int(place[1])
