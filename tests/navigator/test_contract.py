@@ -12,6 +12,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.geometry import Twist
 from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.model.lifecycle import State, Transition
+from regraft.component.component import describe
 from regraft.planar import Pose2D, wrap_angle
 from regraft.services.navigator.navigator import Navigator
 from regraft.services.navigator.planning.grid import OccupancyGrid
@@ -326,3 +327,7 @@ def test_it_says_how_well_it_drives_now(stage: Stage) -> None:
 def test_needs_are_stated(kind: type[Navigator]) -> None:
     assert 0.0 < kind.resources.cpu < 0.2
     assert kind.resources.memory > 0.0
+
+
+def test_a_plan_across_a_large_map_may_take_longer_than_the_handlers_of_others(kind: type[Navigator]) -> None:
+    assert describe(kind).handler_timeout >= 2.0

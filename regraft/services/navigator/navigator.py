@@ -51,6 +51,7 @@ class Navigator(Component):
 
     state_version = STATE_VERSION
     checkpoint_every = 2.0
+    handler_timeout = 2.0  # the first plan of a drive is two, and a map may be large
     resources = Resources(cpu=0.05, memory=30.0)
     controller: ClassVar[Callable[[Manoeuvres], Controller]] = RolloutController
     """Makes what chooses the twists; a sibling of this class differs in nothing else."""
