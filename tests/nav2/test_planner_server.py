@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 from collections.abc import Iterator
 from dataclasses import replace
@@ -14,6 +15,7 @@ from hypothesis import strategies as st
 
 from regraft import CallFailed
 from regraft.bus_schema.messages.nav2.paths import (
+    MAX_POSES,
     NO_VIAPOINTS,
     ClearCostmap,
     ComputedPath,
@@ -34,9 +36,11 @@ from regraft.component.goal import Goal
 from regraft.planar import Pose2D
 from regraft.services.navigator.driving.robot import Footprint
 from regraft.services.navigator.planning.grid import OccupancyGrid
+from regraft.services.navigator.planning.grid_planner import NO_POINTS, GridPlanner
 from regraft.services.navigator.planning.terrain import Inflation, Terrain
 from regraft.services.navigator.servers.costs import LETHAL, footprint_cost
 from regraft.services.navigator.servers.planner_server import PlannerServer
+from regraft.services.navigator.servers.planning import PathFinder
 from regraft.testing import Rig
 
 from ..navigator.stage import ROOM, Stage, room_map
@@ -127,6 +131,30 @@ def test_a_goal_close_to_a_wall_is_approached(bench: Bench) -> None:
     found = bench.plan(3.4, 3.95)
     assert found.error_code == 0
     assert 3.4 < found.path.rows[-1, 1] < 3.9
+
+
+def to_and_fro(times: int) -> ComputePathThroughPoses:
+    """Return a way between two corners of the room."""
+    return ComputePathThroughPoses((framed(0.6, 0.6), framed(3.4, 3.4)) * times)
+
+
+@pytest.mark.parametrize(("times", "expected"), [(3, 0), (25, 0), (60, 2)])
+def test_others_have_their_turn_while_a_path_through_very_many_poses_is_found(times: int, expected: int) -> None:
+    pauses: list[int] = []
+
+    async def pause() -> None:
+        pauses.append(len(pauses))
+
+    finder = PathFinder(GridPlanner(room_map(ROOM)), NO_POINTS, 0.5)
+    rows = asyncio.run(finder.through(0.0, START, to_and_fro(times).goals, pause)).rows
+    assert np.count_nonzero(np.hypot(rows[:, 0] - 3.4, rows[:, 1] - 3.4) < 0.02) >= times
+    assert len(pauses) == expected
+
+
+def test_a_path_that_is_too_long_is_reported_with_nav2s_code(bench: Bench) -> None:
+    found = bench.do("compute_path_through_poses", to_and_fro(250), ComputedPath)
+    assert (found.error_code, found.path.poses) == (PlanError.UNKNOWN + 100, ())
+    assert str(MAX_POSES) in found.error_msg
 
 
 def test_no_poses_have_a_code_of_their_own(bench: Bench) -> None:

@@ -74,7 +74,7 @@ class PlannerServer(MapUser):
         """Find a way to a pose."""
         await self._get_ready()
         try:
-            return ComputedPath(self._path(goal.start, (*goal.viapoints, goal.goal), goal.planner))
+            return ComputedPath(await self._path(goal.start, (*goal.viapoints, goal.goal), goal.planner))
         except PlanningFailed as error:
             return ComputedPath(Path(), int(error.code), str(error))
 
@@ -85,7 +85,7 @@ class PlannerServer(MapUser):
         if not goal.goals:
             return ComputedPath(Path(), NO_VIAPOINTS, "the goal has no poses; it needs at least one")
         try:
-            return ComputedPath(self._path(goal.start, goal.goals, goal.planner))
+            return ComputedPath(await self._path(goal.start, goal.goals, goal.planner))
         except PlanningFailed as error:
             return ComputedPath(Path(), int(error.code) + THROUGH_POSES, str(error))
 
@@ -165,7 +165,7 @@ class PlannerServer(MapUser):
         """Forget the obstacles that were seen in a square around a pose."""
         return self.clear_costmap(request)
 
-    def _path(self, start: FramedPose | None, goals: tuple[FramedPose, ...], planner: str) -> Path:
+    async def _path(self, start: FramedPose | None, goals: tuple[FramedPose, ...], planner: str) -> Path:
         if planner and planner not in PLANNERS:
             raise PlanningFailed(PlanError.INVALID_PLANNER, _unknown("planner", planner, PLANNERS))
         if len(goals) > MAX_GOALS:
@@ -179,7 +179,7 @@ class PlannerServer(MapUser):
             here = planar_pose(start.pose)
         unmapped = NO_POINTS if planner == STATIC_GRID else self._surroundings.sight.unmapped
         finder = PathFinder(self._surroundings.planner, unmapped, self.goal_tolerance)
-        return finder.through(self.kit.now(), here, goals)
+        return await finder.through(self.kit.now(), here, goals, lambda: self.kit.sleep(0.0))
 
     def _smoothed(self, goal: SmoothPath, times: int) -> SmoothedPath:
         terrain = self._terrain("")

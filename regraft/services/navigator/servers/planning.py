@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from typing import Final
 
 from regraft.bus_schema.messages.geometry import FramedPose
-from regraft.bus_schema.messages.nav2.paths import Path, PlanError
+from regraft.bus_schema.messages.nav2.paths import MAX_POSES, Path, PlanError
 from regraft.planar import FloatArray, Point, Pose2D
 from regraft.services.navigator.conversions import planar_pose
 from regraft.services.navigator.planning.grid_planner import NO_POINTS, GridPlanner, NoPath
@@ -18,6 +19,8 @@ GRID_BASED: Final = "GridBased"
 """Around the obstacles of the map and those that were seen."""
 STATIC_GRID: Final = "StaticGrid"
 """Around the obstacles of the map alone."""
+AT_ONCE: Final = 50
+"""Goals to which the ways are found without a pause."""
 PLANNERS: Final = (GRID_BASED, STATIC_GRID)
 
 
@@ -41,16 +44,28 @@ class PathFinder:
     unmapped: FloatArray
     tolerance: float
 
-    def through(self, stamp: float, start: Pose2D, goals: tuple[FramedPose, ...]) -> Path:
-        """Return the path from ``start`` through ``goals``; raises PlanningFailed."""
-        legs = []
+    async def through(
+        self, stamp: float, start: Pose2D, goals: tuple[FramedPose, ...], pause: Callable[[], Awaitable[None]]
+    ) -> Path:
+        """Return the path from ``start`` through ``goals``; raises PlanningFailed.
+
+        After every `AT_ONCE` goals there is a ``pause``, in which others may do something.
+        """
+        legs: list[Path] = []
         here = start.position
+        length = 1
         for number, goal in enumerate(goals):
+            if number and number % AT_ONCE == 0:
+                await pause()
             try:
                 check_frame(f"goal {number + 1}", goal.frame)
             except ValueError as error:
                 raise PlanningFailed(PlanError.NO_POSE, str(error)) from None
             points = self._leg(here, planar_pose(goal.pose))
+            length += len(points) - 1
+            if length > MAX_POSES:
+                why = f"the path to goal {number + 1} has {length} poses; {MAX_POSES} are allowed"
+                raise PlanningFailed(PlanError.UNKNOWN, why)
             legs.append(path_of(stamp, points, goal.pose.yaw))
             here = (float(points[-1, 0]), float(points[-1, 1]))
         return joined(stamp, legs)
