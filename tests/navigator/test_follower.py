@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from regraft.planar import Pose2D, Twist2D, wrap_angle
+from regraft.services.navigator.driving.pursuit import PursuitController
 from regraft.services.navigator.driving.robot import Limits
 from regraft.services.navigator.follower import Command, Follower
 from regraft.services.navigator.planning.grid_planner import GridPlanner
@@ -96,6 +97,18 @@ def test_robot_that_may_hardly_drive_still_arrives() -> None:
     last = drive(follower, robot)
     assert last.done, last.reason
     assert last.recoveries == 0
+
+
+def test_robot_that_may_drive_fast_again_after_a_slow_while_still_arrives() -> None:
+    robot = Robot(Pose2D(1.0, 1.0, 0.0), ROOM)
+    follower = Follower(ROOM_PLANNER, Limits(max_velocity=0.005), PursuitController())
+    follower.start(Pose2D(2.0, 1.0, 0.0))
+    while robot.time < 90.0:
+        command = follower.update(robot.time, robot.pose, robot.twist, robot.scan())
+        robot.drive(command.v, command.w, 0.2)
+    follower.limits = Limits()
+    last = drive(follower, robot)
+    assert last.done, last.reason
 
 
 def test_robot_that_may_not_drive_waits_until_it_may() -> None:

@@ -25,7 +25,7 @@ from regraft.services.navigator.sensing.sight import Sight
 
 Phase = Literal["idle", "driving", "turning", "recovering", "waiting", "arrived", "failed"]
 
-STATE_VERSION = 4
+STATE_VERSION = 5
 DEFAULT_PERIOD = 0.05  # s, at the first update, when no other is known
 # A drive that takes longer than this and SLOWNESS times the first path's time is given up.
 PATIENCE = 60.0  # s
@@ -160,7 +160,7 @@ class Follower:
             "hindrance": self._hindrance,
             "waiting_since": self._waiting_since,
             "held": [self._held_since, self._held_until],
-            "spent": self._spent,
+            "spent": [self._spent, self._speed],
             "turning": self._turning,
             "told": [self._told.v, self._told.w],
             **{name: part.snapshot() for name, part in self._parts().items()},
@@ -172,7 +172,7 @@ class Follower:
             raise ValueError(f"the state has version {state.get('version')}, not {STATE_VERSION}")
         self._begin(state["phase"], None if state["goal"] is None else Pose2D(*state["goal"]))
         self._time, self._reason, self._hindrance = state["time"], state["reason"], state["hindrance"]
-        self._spent = state["spent"]
+        self._spent, self._speed = state["spent"]
         self._waiting_since = state["waiting_since"]
         self._held_since, self._held_until = state["held"]
         self._turning, self._told = state["turning"], Twist2D(*state["told"])
@@ -199,7 +199,7 @@ class Follower:
         self._waiting_since = None
         self._held_since = None
         self._held_until = None
-        self._spent = 0.0
+        self._spent, self._speed = 0.0, 0.0  # s, at this greatest speed (m/s)
         self._turning = False
         half_width = self._controller.manoeuvres.footprint.half_width
         self._route = Route(self._tolerances.replan, self._tolerances.goal, half_width)
@@ -307,8 +307,11 @@ class Follower:
 
     def _in_trouble(self, time: float, now: Situation) -> bool:
         """Start a recovery or give up where the robot is stuck or too slow; return whether that is so."""
-        self._spent += now.period
-        allowed = PATIENCE + SLOWNESS * self._route.first_length / self.limits.max_velocity
+        allowed = self._allowed(self.limits.max_velocity)
+        if self._speed not in (0.0, self.limits.max_velocity):
+            # What was spent at another speed is as large a share of the time as it was then.
+            self._spent *= allowed / self._allowed(self._speed)
+        self._spent, self._speed = self._spent + now.period, self.limits.max_velocity
         why = self._route.no_path or self._hindrance
         if self._spent > allowed:
             self._fail(f"the drive took longer than {allowed:.0f} s: {why or 'no steady progress'}")
@@ -318,6 +321,10 @@ class Follower:
             return False
         self._try_recovery(time, now, why or "something keeps the robot from moving")
         return True
+
+    def _allowed(self, speed: float) -> float:
+        """Return how long (s) a drive may take at a greatest speed (m/s)."""
+        return PATIENCE + SLOWNESS * self._route.first_length / speed
 
     def _try_recovery(self, time: float, now: Situation, why: str) -> None:
         if self._recovery.exhausted:
