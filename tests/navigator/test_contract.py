@@ -305,6 +305,8 @@ def test_estimated_safety_falls_with_the_speed_allowed(kind: type[Navigator]) ->
     assert estimates == sorted(estimates, reverse=True)
     assert estimates[17] == 1.0
     assert 0.0 <= kind.estimate({"max_velocity": 0.26}, {"near": 1.0})["safety"] < estimates[26] < estimates[18]
+    no_speed_is_slow = [kind.estimate({"max_velocity": v, "slow": 0.0}, {"near": 0.5})["safety"] for v in (0.0, 0.1)]
+    assert no_speed_is_slow == pytest.approx([0.5, 0.5])
     slow_robot = [kind.estimate({"max_velocity": v / 100, "slow": 0.05}, {})["safety"] for v in (4, 6)]
     assert slow_robot[1] < slow_robot[0] == 1.0
 

@@ -44,7 +44,8 @@ class Caution:
         """
         if max_velocity < slow:
             return 1.0
-        fast = self.full + (1.0 - self.full) * (1.0 - slow / max_velocity)
+        # Where even standing is not slow, max_velocity may be 0.
+        fast = self.full + (1.0 - self.full) * (1.0 - slow / max_velocity) if slow > 0.0 else 1.0
         return 1.0 - (self.near if near is None else near) * fast
 
 
