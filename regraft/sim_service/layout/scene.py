@@ -1,16 +1,14 @@
 """Loading an MJCF world and finding its elements by name."""
 
 import copy
-import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
-import numpy as np
-import numpy.typing as npt
 
 from regraft.sim_service.layout.composition import CompositionError, composed, unchanged
+from regraft.sim_service.layout.fingerprint import fingerprint_of
 from regraft.sim_service.robots import RobotSpec
 
 KINDS = {
@@ -38,7 +36,7 @@ class Scene:
     path: Path
     model: mujoco.MjModel
     fingerprint: str
-    """SHA-256 of the compiled world, robots included."""
+    """SHA-256 of the compiled world, robots included; equal wherever its files lie."""
     robots: tuple[RobotSpec, ...] = ()
     change: Callable[[mujoco.MjSpec], None] = unchanged
     """Makes of the world's file what was compiled; for who compiles it again."""
@@ -151,9 +149,7 @@ def load_scene(
         model = composed(file, robots, change)
     except CompositionError as error:
         raise SceneError(str(error)) from error
-    buffer: npt.NDArray[np.uint8] = np.empty(mujoco.mj_sizeModel(model), np.uint8)
-    mujoco.mj_saveModel(model, None, buffer)
-    scene = Scene(file, model, hashlib.sha256(buffer.tobytes()).hexdigest(), tuple(robots), change)
+    scene = Scene(file, model, fingerprint_of(model), tuple(robots), change)
     for robot in robots:
         scene.index("body", robot.body)
     return scene
