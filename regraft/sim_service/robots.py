@@ -49,8 +49,8 @@ class RobotSpec:
 
     Its MJCF elements, topics and ports have short names in its own files. In the world they begin with ``NAME/``,
     unless the name is empty. ``model`` is the MJCF file that is attached to the world. Without a model the world file
-    has the robot itself, as the body ``base``. A robot has a ``place``, or one is drawn in a ``region``. Else the world
-    file's rules place it, or it stands where its MJCF has it.
+    has the robot itself, as the body ``base``. A robot with a model has a ``place``, or one is drawn in a ``region``.
+    Else the world file's rules place it, or it stands where its MJCF has it.
     """
 
     name: Annotated[str, Text(64)] = ""
@@ -65,6 +65,8 @@ class RobotSpec:
     def __post_init__(self) -> None:
         if self.place is not None and self.region is not None:
             raise BadMessage("a robot has a place or a region, not both", ("region",))
+        if self.place is not None and not self.model:
+            raise BadMessage("without a model, the world's file has the robot at its place", ("place",))
 
     @property
     def prefix(self) -> str:

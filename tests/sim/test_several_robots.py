@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, cast
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -118,6 +120,40 @@ def test_a_place_is_drawn_in_a_region_with_room_to_the_other_robot(room: str) ->
         simulation = Simulation(two(room, waffle("left", Place(0.0, 0.0)), right), seed)
         left, other = simulation.robot("left").pose(), simulation.robot("right").pose()
         assert math.dist(left.position, other.position) >= 0.44
+
+
+OFFSET = """<mujoco><worldbody><body name="stand" pos="1 0 0"><geom size=".05"/></body>
+<body name="base" pos="{at}" euler="{turned}">{joint}<geom size=".1"/></body></worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize("joint", ["<freejoint/>", ""])
+@pytest.mark.parametrize(("at", "turned"), [("0.3 -0.1 .1", "0 0 90"), ("0 0 .1", "0 0 90"), ("0.3 0 .1", "0 20 0")])
+@pytest.mark.parametrize("place", [Place(1.0, 1.0), Place(-1.5, 0.5, 2.5)])
+def test_a_base_stands_at_its_place_wherever_its_own_file_has_it(
+    room: str, tmp_path: Path, joint: str, at: str, turned: str, place: Place
+) -> None:
+    file = tmp_path / "robot.xml"
+    file.write_text(OFFSET.format(at=at, turned=turned, joint=joint))
+    simulation = Simulation(two(room, left=RobotSpec("left", str(file), radius=0.1, place=place)), 1)
+    pose = simulation.robot("left").pose()
+    assert (pose.x, pose.y, pose.yaw) == pytest.approx((place.x, place.y, place.yaw), abs=1e-9)
+    assert simulation.robot("right").pose().position == (RIGHT.x, RIGHT.y)
+
+
+def test_the_other_bodies_of_a_robots_file_stay_where_they_are_as_seen_from_its_base(room: str, tmp_path: Path) -> None:
+    file = tmp_path / "robot.xml"
+    file.write_text(OFFSET.format(at="0 0 0", turned="0 0 90", joint=""))
+    scene = two(room, left=RobotSpec("left", str(file), radius=0.1, place=Place(0.0, 2.0)))
+    data = mujoco.MjData(scene.model)
+    mujoco.mj_kinematics(scene.model, data)
+    # In its file the stand is to the right of the base.
+    assert data.xpos[scene.index("body", "left/stand")] == pytest.approx((0.0, 1.0, 0.0), abs=1e-9)
+
+
+def test_a_place_for_a_robot_that_the_worlds_file_has_itself_is_refused(room: str) -> None:
+    robot = {"name": "", "place": {"x": 2.0, "y": 2.0}}
+    with Rig() as rig, pytest.raises(ParameterError, match=r"robots\.0\.place.*the world's file has the robot"):
+        rig.add(World, parameters={"file": room, "robots": [robot]})
 
 
 def test_two_robots_in_one_place_are_refused_by_name(room: str) -> None:

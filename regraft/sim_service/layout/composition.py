@@ -9,8 +9,12 @@ from pathlib import Path
 
 import mujoco
 
-from regraft.sim_service.layout.headings import yaw_quaternion
+from regraft.planar import Pose2D
+from regraft.sim_service.layout.headings import yaw_of_matrix, yaw_quaternion
 from regraft.sim_service.robots import RobotSpec
+
+EXACT = 1e-9
+"""m and rad by which a base may miss its place; most stand there exactly, and their runs stay as they are."""
 
 
 class CompositionError(ValueError):
@@ -35,12 +39,12 @@ def composed(
         raise CompositionError(f"two robots have the name {twice[0]!r}: each needs one of its own")
     spec = _read(world)
     with _without_warnings():
-        for robot in robots:
-            if robot.model:
-                _attach(spec, robot)
+        frames = [(robot, _attach(spec, robot)) for robot in robots if robot.model]
         change(spec)
         try:
-            return spec.compile()
+            model = spec.compile()
+            moved = [_moved(model, robot, frame) for robot, frame in frames]
+            return spec.compile() if any(moved) else model
         except ValueError as error:
             raise CompositionError(f"{world}{_with(robots)}: {error}") from error
 
@@ -65,7 +69,8 @@ def _read(file: Path) -> mujoco.MjSpec:
         raise CompositionError(f"{file}: {error}") from error
 
 
-def _attach(world: mujoco.MjSpec, robot: RobotSpec) -> None:
+def _attach(world: mujoco.MjSpec, robot: RobotSpec) -> mujoco.MjsFrame:
+    """Put a robot's file into the world, in a frame at the robot's place; return the frame."""
     file = Path(robot.model)
     if not file.is_file():
         raise CompositionError(f"{file}: no such MJCF file of the robot {robot.name!r}")
@@ -73,12 +78,34 @@ def _attach(world: mujoco.MjSpec, robot: RobotSpec) -> None:
     if model.body(robot.base) is None or robot.base == "world":
         there = ", ".join(body.name for body in model.bodies if body.name != "world") or "none"
         raise CompositionError(f"{file}: the robot {robot.name!r} has no body {robot.base!r}; there are: {there}")
-    x, y, yaw = (0.0, 0.0, 0.0) if robot.place is None else (robot.place.x, robot.place.y, robot.place.yaw)
-    frame = world.worldbody.add_frame(pos=[x, y, 0.0], quat=yaw_quaternion(yaw).tolist())
+    place = _place(robot)
+    frame = world.worldbody.add_frame(pos=[place.x, place.y, 0.0], quat=yaw_quaternion(place.yaw).tolist())
     try:
         world.attach(model, frame=frame, prefix=robot.prefix)
     except ValueError as error:
         raise CompositionError(f"{file}: cannot be attached as {robot.name!r}: {error}") from error
+    return frame
+
+
+def _place(robot: RobotSpec) -> Pose2D:
+    return Pose2D() if robot.place is None else Pose2D(robot.place.x, robot.place.y, robot.place.yaw)
+
+
+def _moved(model: mujoco.MjModel, robot: RobotSpec, frame: mujoco.MjsFrame) -> bool:
+    """Move the frame of a robot whose base is not at its place, as its own file has it elsewhere."""
+    if robot.place is None:
+        return False
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    base = int(mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, robot.body))
+    x, y, _ = data.xpos[base].tolist()
+    place = _place(robot)
+    off = place.to(Pose2D(x, y, yaw_of_matrix(data.xmat[base])))
+    if max(abs(off.x), abs(off.y), abs(off.yaw)) <= EXACT:
+        return False
+    aim = place.compose(off.inverse())
+    frame.pos, frame.quat = [aim.x, aim.y, 0.0], yaw_quaternion(aim.yaw).tolist()
+    return True
 
 
 def _with(robots: Sequence[RobotSpec]) -> str:
