@@ -1,15 +1,23 @@
 """Promises about driving and odometry."""
 
 import math
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from regraft.planar import Pose2D
 from regraft.sim_service.devices.drive import DifferentialDrive
-from tests.support.worlds import new_contacts, odometry_of, send_command, touched_by, truth_of
+from regraft.sim_service.layout.placement import Placement
+from regraft.sim_service.layout.scene import SceneError, load_scene
+from regraft.sim_service.simulation import Simulation
+from tests.support.worlds import WAFFLE, new_contacts, odometry_of, send_command, touched_by, truth_of, waffle
 
-from .worlds import drive, frog_with_robot_at
+from .worlds import FROG, OUT_OF_THE_WAY, drive, frog_with_robot_at
 
 DRIVE = frog_with_robot_at(0.0, 0.0, 0.0).robot().device("drive", DifferentialDrive)
 SEGMENTS = [(0.26, 0.0, 4), (0.0, 1.82, 3), (0.2, 0.5, 4), (0.0, -1.0, 2), (-0.15, 0.0, 2), (0.1, 1.0, 2)]
@@ -104,3 +112,79 @@ def test_robot_pushing_a_wall_neither_tips_nor_passes_through_it() -> None:
     drive(simulation, 0.26, 0.0, 20.0)
     assert touched_by(simulation) == {"walls"}
     assert truth_of(simulation).pose.x + 0.069 < 2.36
+
+
+VELOCITY = re.compile(r'<velocity (name="\w+") (joint="\w+") kv="1" (forcerange="[^"]*") ctrlrange="-8.2 8.2"/>')
+WHEEL = re.compile(r'<body name="(\w+)_wheel" pos="0 (-?)\.1435 0">(.*?)</body>', re.DOTALL)
+
+
+Build = Callable[[re.Match[str]], str]
+
+
+def rebuilt(folder: Path, part: re.Pattern[str], other: str | Build) -> Simulation:
+    """Return FROG with the robot at the middle, and a part of its file written in another way."""
+    file, (text, count) = folder / "waffle.xml", part.subn(other, WAFFLE.read_text())
+    assert count == 2
+    file.write_text(text)
+    placement = Placement({**OUT_OF_THE_WAY, "base": Pose2D(-0.5, -0.9, 0.0)})
+    return Simulation(load_scene(FROG, (replace(waffle(), model=str(file)),)), seed=1, placement=placement)
+
+
+@pytest.mark.parametrize(
+    "actuator",
+    [
+        r'<velocity \1 \2 kv=".25" gear="2" \3 ctrlrange="-16.4 16.4"/>',
+        r'<velocity \1 \2 kv="1" gear="-1" \3 ctrlrange="-8.2 8.2"/>',
+        r'<general \1 \2 gainprm=".5" biastype="affine" biasprm="0 0 -1" \3 ctrlrange="-16.4 16.4"/>',
+    ],
+)
+def test_a_robot_moves_as_commanded_whatever_unit_its_motors_signals_have(tmp_path: Path, actuator: str) -> None:
+    simulation = rebuilt(tmp_path, VELOCITY, actuator)
+    drive(simulation, 0.2, 0.3, 1.0)
+    twist = truth_of(simulation).twist
+    assert (twist.v, twist.w) == pytest.approx((0.2, 0.3), abs=0.02)
+    fastest = simulation.robot().device("drive", DifferentialDrive).wheel_speeds(9.0, 0.0)
+    assert fastest == pytest.approx((8.2, 8.2))
+
+
+@pytest.mark.parametrize("kind", ["motor", "position"])
+def test_wheels_whose_actuators_take_no_velocities_are_refused_by_name(tmp_path: Path, kind: str) -> None:
+    with pytest.raises(SceneError, match=r"actuator 'left_wheel' must take a velocity"):
+        rebuilt(tmp_path, VELOCITY, rf'<{kind} \1 \2 \3 ctrlrange="-8.2 8.2"/>')
+
+
+@pytest.mark.parametrize("limits", ['ctrlrange="1 8.2"', ""])
+def test_wheels_that_cannot_turn_both_ways_or_without_limit_are_refused_by_name(tmp_path: Path, limits: str) -> None:
+    with pytest.raises(SceneError, match=r"actuator 'left_wheel' needs a ctrlrange"):
+        rebuilt(tmp_path, VELOCITY, rf'<velocity \1 \2 kv="1" \3 {limits}/>')
+
+
+def on_an_arm(wheel: re.Match[str]) -> str:
+    """Hang a wheel on an arm that lies on its side."""
+    side, sign, parts = wheel.groups()
+    depth = ".0435" if sign else "-.0435"
+    arm = f'<body name="{side}_arm" pos="0 {sign}.1 0" quat="1 1 0 0">'
+    return f'{arm}<body name="{side}_wheel" pos="0 0 {depth}" quat="1 -1 0 0">{parts}</body></body>'
+
+
+def with_a_hub(wheel: re.Match[str]) -> str:
+    """Give a wheel a square hub, as its first geom."""
+    side, sign, parts = wheel.groups()
+    hub = '<geom type="box" size=".005 .012 .005" mass="0" contype="0" conaffinity="0"/>'
+    return f'<body name="{side}_wheel" pos="0 {sign}.1435 0">{hub}{parts}</body>'
+
+
+@pytest.mark.parametrize("other", [on_an_arm, with_a_hub])
+def test_track_and_radius_are_those_of_the_wheels_however_these_are_built(tmp_path: Path, other: Build) -> None:
+    simulation = rebuilt(tmp_path, WHEEL, other)
+    found = simulation.robot().device("drive", DifferentialDrive)
+    assert (found.track, found.wheel_radius) == pytest.approx((DRIVE.track, DRIVE.wheel_radius))
+    drive(simulation, 0.1, 0.3, 1.0)
+    twist = truth_of(simulation).twist
+    assert (twist.v, twist.w) == pytest.approx((0.1, 0.3), abs=0.02)
+
+
+def test_wheels_that_are_not_round_are_refused_by_name(tmp_path: Path) -> None:
+    square = re.compile(r'<geom name="\w+_tyre" class="wheel"/>')
+    with pytest.raises(SceneError, match=r"joint 'left_wheel' has no round geom"):
+        rebuilt(tmp_path, square, '<geom type="box" size=".03 .01 .03" mass=".05"/>')

@@ -4,20 +4,37 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+import mujoco
+import numpy as np
+
 from regraft import Input, Parameter
+from regraft.bus_schema.messages.devices.joints import JointMode
 from regraft.bus_schema.messages.geometry import Twist
 from regraft.bus_schema.messages.power import BatteryState
 from regraft.planar import Twist2D
 from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.devices.core.device_kit import DeviceKit
+from regraft.sim_service.devices.servo import Servo, servo
 from regraft.sim_service.layout.scene import SceneError
+
+ROUND = {
+    int(kind)
+    for kind in (
+        mujoco.mjtGeom.mjGEOM_SPHERE,
+        mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+        mujoco.mjtGeom.mjGEOM_CYLINDER,
+        mujoco.mjtGeom.mjGEOM_CAPSULE,
+    )
+}
+"""The kinds of geoms whose first size is a radius."""
 
 
 class DifferentialDrive(Device):
     """Turns the last command into wheel speeds, and stops when commands stay away or the battery is empty.
 
     A wheel's joint and its velocity actuator share a name. Wheel radius, track and largest wheel speed are read from
-    the model: from the wheel's geom, the positions of the wheels' bodies, and the actuators' control ranges.
+    the model: from the wheel's first round geom, the positions of the wheels' bodies, and the actuators' control
+    ranges.
     """
 
     velocity = Input(Twist, description="what the robot shall do now: forward velocity and yaw rate", required=False)
@@ -31,21 +48,22 @@ class DifferentialDrive(Device):
         """Find the wheels.
 
         Raises:
-            SceneError: an element is missing, the wheels' radii differ, or an actuator has no control range.
+            SceneError: an element is missing, the wheels' radii differ, or an actuator takes no velocities, or has no
+                control range.
         """
         kit, model = self.kit, self.kit.model
         wheels = (self.left_wheel, self.right_wheel)
         joints = [kit.index("joint", wheel) for wheel in wheels]
-        self._actuators = [kit.index("actuator", wheel) for wheel in wheels]
+        self._left, self._right = (_velocity_servo(kit, wheel) for wheel in wheels)
         self.angle_addresses = tuple(int(model.jnt_qposadr[joint]) for joint in joints)
         """The indices of the wheels' angles (rad; left, right) in qpos."""
         self.wheel_radius = _wheel_radius(kit, wheels, joints)
         left, right = (int(model.jnt_bodyid[joint]) for joint in joints)
-        self.track = float(model.body_pos[left][1] - model.body_pos[right][1])
+        self.track = _left_of_base(kit, left) - _left_of_base(kit, right)
         """Distance (m) between the wheels' middles."""
         if self.track <= 0.0:
             raise SceneError(f"{kit.scene.path}: {wheels[0]!r} must stand at larger y in the base than {wheels[1]!r}")
-        self._largest_speed = min(_largest_control(kit, wheel) for wheel in wheels)
+        self._largest_speed = min(_largest_speed(kit, one) for one in (self._left, self._right))
         self._timeout = self.timeout
         self._command = Twist2D(0.0, 0.0)
         self._command_time = -math.inf
@@ -106,8 +124,8 @@ class DifferentialDrive(Device):
         """Write the wheel speeds to the actuators: zero once the command is too old."""
         expired = self.kit.progress.time - self._command_time > self._timeout - 1e-9
         left, right = (0.0, 0.0) if expired else self.wheel_speeds(self._command.v, self._command.w)
-        control = self.kit.data.ctrl
-        control[self._actuators[0]], control[self._actuators[1]] = left, right
+        for one, speed in ((self._left, left), (self._right, right)):
+            self.kit.data.ctrl[one.number] = one.control(speed)
 
     def snapshot(self) -> dict[str, Any]:
         """Return the last command, and whether there was power, as plain data."""
@@ -121,22 +139,41 @@ class DifferentialDrive(Device):
         self._powered = bool(snapshot["powered"])
 
 
+def _velocity_servo(kit: DeviceKit, wheel: str) -> Servo:
+    found = servo(kit, wheel)
+    if found.mode is not JointMode.VELOCITY:
+        raise SceneError(f"{kit.scene.path}: actuator {wheel!r} must take a velocity, as MJCF's velocity does")
+    return found
+
+
 def _wheel_radius(kit: DeviceKit, wheels: tuple[str, str], joints: list[int]) -> float:
     model = kit.model
     radii = []
     for wheel, joint in zip(wheels, joints, strict=True):
-        geom = int(model.body_geomadr[model.jnt_bodyid[joint]])
-        if geom < 0:
-            raise SceneError(f"{kit.scene.path}: the body of joint {wheel!r} has no geom to be a wheel")
-        radii.append(float(model.geom_size[geom][0]))
+        body = model.jnt_bodyid[joint]
+        geoms = range(int(model.body_geomadr[body]), int(model.body_geomadr[body] + model.body_geomnum[body]))
+        sizes = [float(model.geom_size[geom][0]) for geom in geoms if int(model.geom_type[geom]) in ROUND]
+        if not sizes:
+            raise SceneError(f"{kit.scene.path}: the body of joint {wheel!r} has no round geom to be a wheel")
+        radii.append(sizes[0])
     if radii[0] != radii[1]:
         raise SceneError(f"{kit.scene.path}: wheels {wheels[0]!r} and {wheels[1]!r} have different radii {radii}")
     return radii[0]
 
 
-def _largest_control(kit: DeviceKit, wheel: str) -> float:
-    actuator = kit.index("actuator", wheel)
-    if not kit.model.actuator_ctrllimited[actuator]:
-        raise SceneError(f"{kit.scene.path}: actuator {wheel!r} needs a ctrlrange (rad/s)")
-    low, high = kit.model.actuator_ctrlrange[actuator]
-    return float(min(-low, high))
+def _left_of_base(kit: DeviceKit, body: int) -> float:
+    """Return how far (m) a wheel is to the left of its base, by the file: a detour over the world frame would round."""
+    model = kit.model
+    position = np.array(model.body_pos[body])
+    while (body := int(model.body_parentid[body])) not in (kit.base, 0):
+        mujoco.mju_rotVecQuat(position, position.copy(), model.body_quat[body])
+        position += model.body_pos[body]
+    return float(position[1])
+
+
+def _largest_speed(kit: DeviceKit, wheel: Servo) -> float:
+    """Return the largest speed (rad/s) that a wheel's control range allows either way."""
+    low, high = kit.model.actuator_ctrlrange[wheel.number]
+    if not kit.model.actuator_ctrllimited[wheel.number] or not low < 0.0 < high:
+        raise SceneError(f"{kit.scene.path}: actuator {wheel.name!r} needs a ctrlrange from below 0 to above it")
+    return float(min(-low, high) / abs(wheel.control(1.0)))
