@@ -24,6 +24,7 @@ from regraft.sim_service.devices.lidar import Lidar
 from regraft.sim_service.layout.placement import Placement, PlacementError
 from regraft.sim_service.layout.scene import Scene, SceneError, load_scene
 from regraft.sim_service.robots import Place, Region, RobotSpec
+from regraft.sim_service.rooms.loading import load_world
 from regraft.sim_service.simulation import Simulation
 from regraft.sim_service.world import TRUTH, World
 from regraft.testing import Rig
@@ -154,6 +155,25 @@ def test_a_place_for_a_robot_that_the_worlds_file_has_itself_is_refused(room: st
     robot = {"name": "", "place": {"x": 2.0, "y": 2.0}}
     with Rig() as rig, pytest.raises(ParameterError, match=r"robots\.0\.place.*the world's file has the robot"):
         rig.add(World, parameters={"file": room, "robots": [robot]})
+
+
+DRAWN = """<mujoco><custom>
+<text name="room" data="x -2.5 2.5 y -2.5 2.5 walls 1 1 boxes 2 2 gap .2 visits 1 clear post .3"/></custom>
+<worldbody><geom type="plane" size="5 5 .1"/><site name="post" pos="2 2 0"/></worldbody></mujoco>"""
+POST = """<mujoco><worldbody>
+<body name="base"><geom type="box" size=".05 .05 .2" pos="0 0 .2"/></body></worldbody></mujoco>"""
+
+
+def test_a_robot_that_cannot_drive_need_reach_no_goal_of_a_room(tmp_path: Path) -> None:
+    world, post = tmp_path / "world.xml", tmp_path / "post.xml"
+    world.write_text(DRAWN)
+    post.write_text(POST)
+    still = RobotSpec("post", str(post), radius=0.1, place=Place(2.0, 2.0))
+    scene = load_world(world, (waffle("rescuer", Place(0.0, 0.0)), still), 1)
+    assert scene.names("geom").count("box_1") == 1
+    # A robot that drives, and has no room to, still finds no room.
+    with pytest.raises(SceneError, match="no room after 40 draws"):
+        load_world(world, (replace(waffle("rescuer", Place(0.0, 0.0)), radius=3.0), still), 1)
 
 
 def test_two_robots_in_one_place_are_refused_by_name(room: str) -> None:

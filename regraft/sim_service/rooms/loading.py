@@ -34,8 +34,8 @@ Draw = Callable[[int, int, tuple[float, float] | None], Room]
 def load_world(path: str | Path, robots: Sequence[RobotSpec], seed: int) -> Scene:
     """Return the world of a run with this seed: that of its file, with what is drawn by its rule, if it has one.
 
-    The rule is the text `room` or `corridors`. In a world that is drawn everything finds its place, and every robot can
-    reach every goal: what does not fit is drawn again. Equal seeds give equal worlds, in any process.
+    The rule is the text `room` or `corridors`. In a world that is drawn everything finds its place, and every robot
+    that moves can reach every goal: what does not fit is drawn again. Equal seeds give equal worlds, in any process.
 
     Raises:
         SceneError: see `load_scene`; the rule is wrong; no room was found in `MAX_ATTEMPTS` draws.
@@ -79,7 +79,7 @@ def _site(scene: Scene, rule: Rule) -> tuple[float, float] | None:
 
 
 def _check(scene: Scene, room: Room, rule: Rule, seed: int) -> None:
-    """Place everything, and look whether each robot stands free and can reach a pose in front of each goal.
+    """Place everything, and look whether each robot stands free, and if it moves can reach a pose before each goal.
 
     Raises:
         NoRoom, PlacementError, GoalError: something finds no place, or cannot be reached.
@@ -97,6 +97,8 @@ def _check(scene: Scene, room: Room, rule: Rule, seed: int) -> None:
         return
     rasteriser = Rasteriser(scene, placement, rule.lidar, RESOLUTION)
     for robot in scene.robots:
+        if scene.is_static(scene.index("body", robot.body)):
+            continue
         viewing_goals(scene, rasteriser, GOALS, starts[robot.body], robot.radius)
 
 
