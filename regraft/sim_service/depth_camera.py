@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from regraft import Output, Parameter
 from regraft.bus_schema.messages.sensors import DepthImage
+from regraft.component.parameters import ParameterError
 from regraft.sim_service.cameras.camera import Camera as Eye
 from regraft.sim_service.cameras.camera import Depths, RenderState
 from regraft.sim_service.layout.random_streams import generator
@@ -27,6 +30,16 @@ class DepthCamera(WorldCamera):
     noise = Parameter(0.0016, "standard deviation of a depth of 1 m", minimum=0.0, unit="m", read_only=True)
 
     depth = Output(DepthImage, description="the depths")
+
+    @classmethod
+    def check_parameters(cls, parameters: dict[str, Any], seed: int) -> None:
+        """Refuse a camera that would measure nothing."""
+        _check_reach(parameters["range_min"], parameters["range_max"])
+
+    def on_configure(self) -> None:
+        """Load the world and get the renderer ready; raises ParameterError, SceneError."""
+        _check_reach(self.range_min, self.range_max)
+        super().on_configure()
 
     def take(self, eye: Eye, moment: RenderState) -> Depths:
         """Return the depths of a moment as the sensor measures them."""
@@ -56,3 +69,8 @@ class DepthCamera(WorldCamera):
             self.range_max,
             pixels,
         )
+
+
+def _check_reach(nearest: float, farthest: float) -> None:
+    if nearest >= farthest:
+        raise ParameterError([("range_max", f"{farthest:g} m: must be above range_min, {nearest:g} m")])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from regraft.bus_schema.annotations import ClassPath, FilePath, Metres, Named, PlainValue, Radians, Text
+from regraft.bus_schema.annotations import Bounds, ClassPath, FilePath, Metres, Named, PlainValue, Radians, Text
 from regraft.bus_schema.errors import BadMessage
 
 
@@ -24,7 +24,7 @@ class Region:
 
     x: tuple[float, ...]
     y: tuple[float, ...]
-    gap: Metres = 0.1
+    gap: Annotated[Metres, Bounds(0.0)] = 0.1
     """Distance of the robot's outline to everything else."""
 
     def __post_init__(self) -> None:
@@ -56,7 +56,7 @@ class RobotSpec:
     name: Annotated[str, Text(64)] = ""
     model: FilePath = ""
     base: str = "base"
-    radius: Metres = 0.2
+    radius: Annotated[Metres, Bounds(0.0)] = 0.2
     """Of a circle around the base's origin that contains the robot, seen from above."""
     place: Place | None = None
     region: Region | None = None

@@ -7,6 +7,9 @@ import numpy as np
 import pytest
 
 from regraft.bus_schema.messages.sensors import DepthImage
+from regraft.bus_schema.model.lifecycle import State, Transition
+from regraft.component.parameters import ParameterError
+from regraft.runtime.lifecycle.lifecycle import TransitionFailed
 from regraft.sim_service.cameras.camera import CameraSettings
 from regraft.sim_service.cameras.renderers import RendererName, make_camera
 from regraft.sim_service.depth_camera import DepthCamera
@@ -78,3 +81,14 @@ def test_each_failure_shows_in_its_way(tmp_path: Path) -> None:
     frozen = pictures(tmp_path, 3, failures=[{"at": 0.15, "failure": "frozen"}])
     np.testing.assert_array_equal(frozen[-1].depths, frozen[-2].depths)
     assert frozen[-1].stamp > frozen[-2].stamp
+
+
+def test_a_camera_that_measures_farther_at_least_than_at_most_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ParameterError, match=r"range_max: 0\.4 m: must be above range_min, 0\.5 m"):
+        DepthCamera.check_parameters({"range_min": 0.5, "range_max": 0.4}, 3)
+    parameters = {**on_bus(tmp_path, body=ROOM), **HOW, "range_max": 0.4}
+    with Rig(seed=3) as rig:
+        rig.add(DepthCamera, "eye", parameters, state=State.UNCONFIGURED)
+        with pytest.raises(TransitionFailed, match="must be above range_min"):
+            rig.transition("eye", Transition.CONFIGURE)
+        assert len(rig.take_faults()) == 1

@@ -16,6 +16,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.geometry import Twist
 from regraft.bus_schema.messages.sensors import LaserScan, Odometry
 from regraft.bus_schema.messages.world import GroundTruth, WorldState
+from regraft.component.component import parameter_set
 from regraft.component.parameters import ParameterError
 from regraft.sim_service.cameras.camera import Rgb
 from regraft.sim_service.devices.core.device import Device
@@ -313,6 +314,21 @@ def test_a_device_that_does_not_fit_is_refused_with_its_place(
     robot = {"name": "", "model": str(WAFFLE), "devices": devices}
     with Rig() as rig, pytest.raises(ParameterError, match=complaint):
         rig.add(World, parameters={"file": room, "robots": [robot]})
+
+
+@pytest.mark.parametrize(
+    ("field", "value"), [("radius", -0.2), ("region", {"x": [0.0, 1.0], "y": [0.0, 1.0], "gap": -0.1})]
+)
+def test_a_robot_of_less_than_no_size_is_refused_with_its_place(room: str, field: str, value: object) -> None:
+    robot = {"name": "", "model": str(WAFFLE), field: value}
+    with Rig() as rig, pytest.raises(ParameterError, match=rf"robots\.0\.{field}.*must be at least 0"):
+        rig.add(World, parameters={"file": room, "robots": [robot]})
+
+
+def test_a_lidar_that_measures_farther_at_least_than_at_most_is_refused_with_its_place(room: str) -> None:
+    values = {"file": room, "robots": robots_as_data(scan={"range_max": 0.12})}
+    with pytest.raises(ParameterError, match=r"robots\.0\.devices\.2: .*range_max: 0\.12 m: must be above range_min"):
+        World.check_parameters(parameter_set(World, values).values, 1)
 
 
 def test_a_schedule_for_a_device_that_is_not_there_is_refused(room: str) -> None:

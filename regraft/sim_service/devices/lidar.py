@@ -13,6 +13,7 @@ from regraft.bus_schema.messages.sensors import LaserScan
 from regraft.sim_service.devices.core.failure_schedule import BIAS, DROPOUT, NOISE, ZEROS
 from regraft.sim_service.devices.core.mounting import mounted_at
 from regraft.sim_service.devices.core.sensor import Sensor, failure_parameter
+from regraft.sim_service.layout.scene import SceneError
 
 Ranges = npt.NDArray[np.float64]
 
@@ -54,8 +55,10 @@ class Lidar(Sensor):
     more_noise = Parameter(0.1, "standard deviation that the failure noise adds", minimum=0.0, unit="m")
 
     def build(self) -> None:
-        """Find the site; raises SceneError."""
+        """Find the site; raises SceneError, also where the lidar would measure nothing."""
         model = self.kit.model
+        if self.range_min >= self.range_max:
+            raise SceneError(f"range_max: {self.range_max:g} m: must be above range_min, {self.range_min:g} m")
         self.site_index = self.kit.index("site", self.site)
         self._carrier = int(model.site_bodyid[self.site_index])
         self._noise_of = f"lidar {self.site}"
