@@ -111,6 +111,10 @@ class WorldCamera(Component):
     world_state = Input(WorldState, latest_only=True, on_demand=True, description="the tick to draw")
 
     _eye: Eye | None = None
+    _in_trouble = False
+    """Whether the last picture could not be made."""
+    _foreign = ""
+    """The hash of the world that runs, where that is another than in the file."""
 
     @classmethod
     def preload(cls) -> str | None:
@@ -154,7 +158,6 @@ class WorldCamera(Component):
             mount.horizontal_field_of_view(*self._size),
         )
         self._hash = world_hash(scene, placement)
-        self._foreign = ""
         self._eye = make_camera(renderer, scene, placement, settings)
         self.kit.set_status_text(f"renders {self._size[0]}x{self._size[1]} on {renderer}", renderer=renderer)
 
@@ -178,7 +181,7 @@ class WorldCamera(Component):
             try:
                 self._take_picture()
             except Exception as error:
-                self.kit.diagnose("rendering", Level.ERROR, f"{type(error).__name__}: {error}")
+                self._note_trouble(error)
 
     def _take_picture(self) -> None:
         failure = self._note_failure()
@@ -204,10 +207,18 @@ class WorldCamera(Component):
 
     def _picture(self, eye: Eye, moment: Moment, shown: Moment | None) -> Any:
         try:
-            return self.message(View(self._state(moment).stamp, *self._view), self._pixels(eye, shown))
+            picture = self.message(View(self._state(moment).stamp, *self._view), self._pixels(eye, shown))
         except Exception as error:
-            self.kit.diagnose("rendering", Level.ERROR, f"{type(error).__name__}: {error}")
+            self._note_trouble(error)
             raise
+        if self._in_trouble:
+            self._in_trouble = False
+            self.kit.diagnose("rendering", Level.OK, "pictures are made again")
+        return picture
+
+    def _note_trouble(self, error: Exception) -> None:
+        self._in_trouble = True
+        self.kit.diagnose("rendering", Level.ERROR, f"{type(error).__name__}: {error}")
 
     def _note_rate(self, count: int = 1) -> float:
         """Count pictures that were just taken; returns the rate (Hz) of the last seconds."""
@@ -264,7 +275,9 @@ class WorldCamera(Component):
             return False
         self._knows_world = state.model_hash == self._hash
         if self._knows_world:
-            self._foreign = ""
+            if self._foreign:
+                self._foreign = ""
+                self.kit.diagnose("world_state", Level.OK, f"the world that runs is {self.file}: pictures are taken")
             return True
         if self._foreign != state.model_hash:
             self._foreign = state.model_hash

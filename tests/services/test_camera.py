@@ -119,10 +119,16 @@ def test_equal_runs_give_equal_pictures() -> None:
     assert (pictures[0][0] != pictures[0][1]).any()
 
 
+def diagnostics_of(rig: Rig) -> list[Diagnostic]:
+    """Return the list of the diagnostics from now on."""
+    found: list[Diagnostic] = []
+    rig.bus.subscribe(rig.keys.diagnostics, lambda sample: found.append(codec.decode(sample.payload, Diagnostic)))
+    return found
+
+
 def test_a_foreign_world_is_not_drawn_and_the_camera_says_so_once() -> None:
     with Rig(seed=3) as rig, Rig(seed=4) as other:
-        diagnostics: list[Diagnostic] = []
-        rig.bus.subscribe(rig.keys.diagnostics, lambda s: diagnostics.append(codec.decode(s.payload, Diagnostic)))
+        diagnostics = diagnostics_of(rig)
         camera_on(rig)
         images = rig.collect("camera/image", Image)
         states = other.collect("world_state", WorldState)
@@ -133,6 +139,52 @@ def test_a_foreign_world_is_not_drawn_and_the_camera_says_so_once() -> None:
     assert len(diagnostics) == 1
     assert diagnostics[0].level is Level.ERROR
     assert "seed 4" in diagnostics[0].text
+
+
+def test_a_camera_whose_own_world_comes_after_a_foreign_one_reports_that_it_draws_it() -> None:
+    with Rig(seed=3) as rig, Rig(seed=4) as other:
+        states = other.collect("world_state", WorldState)
+        run(other, world_on(other), 0.1)
+        diagnostics = diagnostics_of(rig)
+        world = world_on(rig)
+        camera_on(rig)
+        images = rig.collect("camera/image", Image)
+        rig.publish("world_state", states[0])
+        rig.advance(1.0)
+        assert [each.level for each in diagnostics] == [Level.ERROR]
+        run(rig, world, 2.0)
+    assert images
+    assert [(each.subject, each.level) for each in diagnostics[1:]] == [("world_state", Level.OK)]
+
+
+@pytest.mark.parametrize("again", [False, True])
+def test_a_camera_that_draws_again_reports_that_it_is_well(monkeypatch: pytest.MonkeyPatch, again: bool) -> None:
+    troubles = iter([True, True, False, False] if again else [True, False, False, False])
+    make = renderers.make_camera
+
+    def failing(*arguments: Any) -> Any:
+        eye = make(*arguments)
+        draw = eye.render
+
+        def render(state: Any) -> Any:
+            if next(troubles, False):
+                raise LookupError("the moment is gone")
+            return draw(state)
+
+        eye.render = render  # type: ignore[method-assign]
+        return eye
+
+    monkeypatch.setattr(world_camera, "make_camera", failing)
+    with Rig(seed=3) as rig:
+        diagnostics = diagnostics_of(rig)
+        world = world_on(rig)
+        camera_on(rig)
+        images = rig.collect("camera/image", Image)
+        run(rig, world, 3.0)
+        rig.take_faults()
+    assert len(images) == 5 - again
+    assert {each.subject for each in diagnostics} == {"rendering"}
+    assert [each.level for each in diagnostics] == [Level.ERROR] * (1 + again) + [Level.OK]
 
 
 def test_a_deactivated_camera_takes_no_pictures_and_goes_on_when_activated() -> None:
