@@ -14,6 +14,7 @@ import pytest
 from regraft import Parameter
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.geometry import Twist
+from regraft.bus_schema.messages.power import BatteryState
 from regraft.bus_schema.messages.sensors import LaserScan, Odometry
 from regraft.bus_schema.messages.world import GroundTruth, WorldState
 from regraft.component.component import parameter_set
@@ -222,6 +223,20 @@ def test_each_robot_has_topics_and_parameters_under_its_name(room: str) -> None:
     assert (len(scans["left"]), len(scans["left"][0].ranges)) == (5, 360)
     assert (len(scans["right"]), len(scans["right"][0].ranges)) == (10, 90)
     assert truth[-1].pose.x == pytest.approx(odometry["left"][-1].pose.x, abs=0.02)
+
+
+def test_the_event_of_an_empty_battery_names_its_robot(room: str) -> None:
+    with Rig(seed=1) as rig:
+        world = rig.add(World, parameters={"file": room, "robots": [listed("left", 1.0), listed("right", -1.0)]})
+        for energy in (0.0, 10.0):
+            rig.publish("right/battery", BatteryState(0.0, energy, 2000.0, energy / 2000.0, 7.0))
+            run(rig, world, 0.05)
+        found = [event for event in rig.events if event.kind == "world.power"]
+    assert [event.details for event in found] == [
+        {"robot": "right", "powered": False},
+        {"robot": "right", "powered": True},
+    ]
+    assert all("the robot right" in event.text for event in found)
 
 
 class Faulty(Device):

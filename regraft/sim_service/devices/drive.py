@@ -84,8 +84,11 @@ class DifferentialDrive(Device):
         self._powered = powered
         if not powered:
             self._command_time = -math.inf
-        text = "there is power to drive again" if powered else "the battery is empty: the robot stands still"
-        self.kit.event("world.power", text, powered=powered)
+        name = self.kit.robot.name
+        who = f"the robot {name}" if name else "the robot"
+        again = f"there is power for {who} to drive again" if name else "there is power to drive again"
+        text = again if powered else f"the battery is empty: {who} stands still"
+        self.kit.event("world.power", text, robot=name, powered=powered)
 
     def command(self, v: float, w: float) -> None:
         """Drive forward with v (m/s) and turn with w (rad/s) from now on.
