@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from regraft.sim_service.devices.core.failure_schedule import BIAS, NOISE, NONE
 from regraft.sim_service.devices.lidar import Lidar
 from regraft.sim_service.layout.scene import load_scene
 from regraft.sim_service.robots import Place
@@ -44,6 +45,25 @@ def test_nothing_in_range_reads_infinity() -> None:
     finite = scan.ranges[np.isfinite(scan.ranges)]
     assert finite.min() >= scan.range_min
     assert finite.max() <= scan.range_max
+
+
+def beside_the_west_wall(distance: float, **parameters: float) -> Lidar:
+    """Return the lidar of a robot that looks along the western wall, at a distance (m) from it."""
+    simulation = frog_with_robot_at(WEST + distance, -1.2, -math.pi / 2.0, scan=parameters)
+    return simulation.robot().device("scan", Lidar)
+
+
+@pytest.mark.parametrize("failing", [NONE, BIAS, NOISE])
+@pytest.mark.parametrize("parameters", [EXACT, {}], ids=["exact", "noisy"])
+def test_a_wall_that_is_too_near_to_be_measured_is_no_open_space(parameters: dict[str, float], failing: str) -> None:
+    lidar = beside_the_west_wall(0.119, **parameters)
+    lidar.kit.failing = failing
+    ranges = lidar.measure().ranges
+    # The wall is to the right. To the left, the next thing is beyond the lidar's reach.
+    assert np.isneginf(ranges[268:273]).all()
+    assert np.isneginf(ranges).sum() < 30
+    assert np.isposinf(ranges[80:100]).any()
+    assert not np.isneginf(beside_the_west_wall(0.121, **EXACT).turn().ranges).any()
 
 
 def test_the_robot_does_not_see_itself() -> None:

@@ -28,8 +28,8 @@ class Odometry:
 class LaserScan:
     """One turn of a planar lidar: beam i looks along ``angle_min + i * angle_increment`` about z of ``frame``.
 
-    ``ranges`` in metres, +inf where nothing was hit within ``range_max``. ``pose`` is where the lidar sits on
-    ``base_frame``.
+    ``ranges`` in metres, +inf where nothing was hit within ``range_max``, -inf where something is nearer than
+    ``range_min`` (REP 117). ``pose`` is where the lidar sits on ``base_frame``.
     """
 
     stamp: Seconds

@@ -22,7 +22,8 @@ Ranges = npt.NDArray[np.float64]
 class Scan:
     """One turn of the scanner, counter-clockwise from `angle_min` in steps of `angle_increment` (rad).
 
-    `ranges` (m, one per beam) are infinite where nothing was measured between `range_min` and `range_max`.
+    `ranges` (m, one per beam) are +inf where nothing is within `range_max`. They are -inf where something is nearer
+    than `range_min` (REP 117).
     """
 
     ranges: Ranges
@@ -96,13 +97,13 @@ class Lidar(Sensor):
             range_max,
         )
         # MuJoCo's cut-off skips far geoms but does not clip ranges, and a miss is -1.
-        measured = (self._distances >= range_min) & (self._distances <= range_max)
         ranges = self._distances.copy()
+        nothing, near = (ranges < 0.0) | (ranges > range_max), (ranges >= 0.0) & (ranges < range_min)
         if self.noise > 0.0:
             random = self.kit.random(self._noise_of, self.kit.progress.steps)
             ranges += self.noise * random.standard_normal(count)
             np.clip(ranges, range_min, range_max, out=ranges)
-        ranges[~measured] = np.inf
+        ranges[nothing], ranges[near] = np.inf, -np.inf
         return Scan(ranges, 0.0, 2.0 * math.pi / count, range_min, range_max)
 
     def measure(self) -> LaserScan:
@@ -130,4 +131,4 @@ class Lidar(Sensor):
         if failing == DROPOUT:
             return np.where(random.random(len(ranges)) < self.dropout, np.inf, ranges)
         error = self.bias if failing == BIAS else self.more_noise * random.standard_normal(len(ranges))
-        return np.maximum(ranges + error, 0.0)
+        return np.where(np.isfinite(ranges), np.maximum(ranges + error, 0.0), ranges)
