@@ -25,6 +25,7 @@ SILENT, FROZEN, BLACK, BLANK, BLIND, DROPOUTS, JUMPY = (
 PIXELS_LOOKED_AT = 400
 MIN_MOTION = 0.02
 """m/s and rad/s: slower is standing."""
+_WHATEVER_COMES = object()
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,9 +104,15 @@ class Sameness:
         """Forget all messages: the next one is the first."""
         self._last = None
 
+    def presume(self) -> None:
+        """Take the next message for what has come for long: an earlier run has found that, and kept no message."""
+        self._last, self._since = _WHATEVER_COMES, -math.inf
+
     def seconds(self, content: object, stamp: float) -> float:
         """Take in what came at a time (s), and return for how long it has been the same."""
-        if content != self._last:
+        if self._last is _WHATEVER_COMES:
+            self._last = content
+        elif content != self._last:
             self._last, self._since = content, stamp
         return stamp - self._since
 

@@ -45,7 +45,7 @@ class _Watch:
     """The record of one sensor at one ``topic``, empty for none.
 
     It begins at ``began`` (s), and again when the port loses its topic or gets another: then ``before`` is what had
-    come.
+    come. ``heard`` is whether a message has come, in this run of the monitor or in an earlier one.
     """
 
     topic: str
@@ -57,6 +57,7 @@ class _Watch:
     jumped_by: float = 0.0
     finding: Finding | None = None
     since: float = 0.0
+    heard: bool = False
 
 
 class SensorMonitor(Component):
@@ -65,10 +66,12 @@ class SensorMonitor(Component):
     A sensor is watched from its first message on, one of ``expected`` from the start. One whose port has no topic any
     more is not watched, unless it is expected. With another topic the watch begins again, without a finding. A sensor
     counts as frozen when it repeats exactly the same: noise keeps a working one from that. A pose counts as frozen when
-    it stays exactly the same though the robot drives. Pictures are rendered for this too, so leave ``image``
-    unconnected if only this would use them.
+    it stays exactly the same though the robot drives. A finding outlives the run, until a message refutes it. Pictures
+    are rendered for this too, so leave ``image`` unconnected if only this would use them.
     """
 
+    state_version = 1
+    checkpoint_every = 1.0
     resources = Resources(cpu=0.03, memory=20.0)
 
     expected = Parameter(("odometry", "scan"), "sensors that must be heard from the start")
@@ -135,11 +138,15 @@ class SensorMonitor(Component):
         for name in SENSORS:
             watch = self._watch(name, now)
             message = self._message(name, watch)
-            if message is None and name not in self.expected:
+            watch.heard = watch.heard or message is not None
+            if not watch.heard and name not in self.expected:
                 continue
             topic = watch.topic or name
             watched.append(topic)
-            self._take(topic, watch, self._judge(message, watch, now), now)
+            finding = self._judge(message, watch, now)
+            if finding is None and (message is None or message.stamp < self._listening_since):
+                finding = watch.finding  # nothing has come since that would refute it
+            self._take(topic, watch, finding, now)
             if watch.finding is not None:
                 faults.append(SensorFault(topic, watch.finding.fault, watch.finding.text, watch.since))
         self.sensor_health.publish(SensorHealth(now, tuple(watched), tuple(faults)))
@@ -147,6 +154,16 @@ class SensorMonitor(Component):
     def evaluate(self) -> dict[str, float]:
         """Return how many sensors have something wrong, as ``faults``."""
         return {"faults": float(sum(watch.finding is not None for watch in self._watches.values()))}
+
+    def snapshot(self) -> PlainValue:
+        """Return what is known of each sensor that was heard or has something wrong."""
+        watches = self._watches.items()
+        return {name: _remembered(watch) for name, watch in watches if watch.heard or watch.finding is not None}
+
+    def restore(self, state: PlainValue) -> None:
+        """Continue with what an earlier run found; what it knew of another topic ends with the next look."""
+        for name, known in state.items():
+            self._watches[name] = _resumed(known)
 
     def _watch(self, name: str, now: float) -> _Watch:
         """Return the record of a sensor."""
@@ -220,6 +237,27 @@ class SensorMonitor(Component):
         elif before is not None:
             self.kit.diagnose(topic, Level.OK, f"not {before.fault} any more")
             self.kit.event("sensor.ok", f"{topic}: not {before.fault} any more", topic=topic, fault=before.fault)
+        self.kit.checkpoint()  # a crash within the next second must not make a failed sensor a well one
+
+
+def _remembered(watch: _Watch) -> PlainValue:
+    """Return what a further run of the monitor continues with."""
+    jumped = None if watch.jumped_at is None else [watch.jumped_at, watch.jumped_by]
+    finding = watch.finding and [watch.finding.fault, watch.finding.text, watch.finding.level.value]
+    return {"topic": watch.topic, "heard": watch.heard, "finding": finding, "since": watch.since, "jumped": jumped}
+
+
+def _resumed(known: PlainValue) -> _Watch:
+    """Return the record of a sensor as an earlier run of the monitor has left it."""
+    watch = _Watch(known["topic"], since=known["since"], heard=known["heard"])
+    if known["finding"] is not None:
+        fault, text, level = known["finding"]
+        watch.finding = Finding(fault, text, Level(level))
+        if fault == FROZEN:
+            watch.sameness.presume()
+    if known["jumped"] is not None:
+        watch.jumped_at, watch.jumped_by = known["jumped"]
+    return watch
 
 
 def _check_expected(names: Sequence[str]) -> None:
