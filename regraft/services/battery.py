@@ -180,7 +180,8 @@ class Battery(Component):
         if level != self._level:
             self._level = level
             self._report(level, charge)
-        charging = self._charger.power > 0.0 and now - self._charger.stamp <= CHARGER_HOLDS
+        gives = self._charger.connected and self._charger.power > 0.0
+        charging = gives and now - self._charger.stamp <= CHARGER_HOLDS
         if charging != self._charging:
             self._charging = charging
             text = f"charging with {self._charger.power:g} W" if charging else "not charging any more"
@@ -221,6 +222,7 @@ class Battery(Component):
             "drawn": self._drawn,
             "charged": self._charged,
             "charger": [charger.stamp, charger.connected, charger.power],
+            "charging": self._charging,
         }
 
     def restore(self, state: PlainValue) -> None:
@@ -229,3 +231,4 @@ class Battery(Component):
         self._until = state["until"]
         self._drawn, self._charged = state["drawn"], state["charged"]
         self._charger = ChargerState(*state["charger"])
+        self._charging = state.get("charging", False)  # an earlier release has not kept it

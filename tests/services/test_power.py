@@ -1,10 +1,13 @@
 """Promises of battery, lighting and reflection."""
 
+from dataclasses import fields
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.geometry import Pose, Twist
 from regraft.bus_schema.messages.health import Diagnostic, Level, SensorFault, SensorHealth, SystemStatus
 from regraft.bus_schema.messages.power import BatteryState, ChargerState, EnergyUse, PowerDraw
@@ -179,6 +182,28 @@ def test_a_charger_that_falls_silent_charges_no_more() -> None:
     assert told[-2:] == ["battery.charging", "battery.unplugged"]
 
 
+def test_a_charger_that_the_robot_does_not_stand_on_charges_nothing() -> None:
+    with Rig() as rig:
+        battery = rig.add(Battery, parameters={"capacity": 2000.0, "initial_charge": 0.5, "limit": 0.0})
+        rig.publish("charger", ChargerState(0.0, False, 20.0))
+        rig.advance(1.0)
+        assert battery.evaluate()["charged"] == 0.0
+        assert [event.kind for event in rig.events if event.kind.startswith("battery.")] == []
+
+
+@pytest.mark.parametrize(
+    ("message", "field"),
+    [(EnergyUse(0.0, "detector", -1e6), "energy"), (ChargerState(0.0, True, -20.0), "power")],
+)
+def test_what_would_be_negative_is_refused_by_its_field(message: EnergyUse | ChargerState, field: str) -> None:
+    plain = {each.name: getattr(message, each.name) for each in fields(message)}
+    with pytest.raises(BadMessage) as sent:
+        codec.encode(message)
+    with pytest.raises(BadMessage) as received:
+        codec.decode(codec.pack_plain(plain), type(message))
+    assert sent.value.where == received.value.where == (field,)
+
+
 def test_the_battery_asks_below_its_limit_and_is_content_when_recharged() -> None:
     diagnostics: list[Diagnostic] = []
     charge_when: dict[str, float] = {}
@@ -236,8 +261,11 @@ def test_a_battery_that_is_swapped_while_charging_goes_on_charging() -> None:
         successor.restore(state)
         states = rig.collect("battery", BatteryState)
         rig.advance(1.0)
-    assert successor.evaluate()["drawn"] == pytest.approx(drawn + 7.14)
-    assert states[-1].energy == pytest.approx(1000.0 + 5.5 * 20.0 - 6.0 * 7.14)
+        assert successor.evaluate()["drawn"] == pytest.approx(drawn + 7.14)
+        assert states[-1].energy == pytest.approx(1000.0 + 5.5 * 20.0 - 6.0 * 7.14)
+        rig.advance(3.0)
+        changes = [event.kind for event in rig.events if event.kind in ("battery.charging", "battery.unplugged")]
+    assert changes == ["battery.unplugged"]
 
 
 @pytest.mark.parametrize("speed", [0.0, 0.1, 0.26])

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
-from regraft.bus_schema.annotations import Joules, Ratio, Seconds, Watts
+from regraft.bus_schema.annotations import Bounds, Joules, Ratio, Seconds, Watts
 from regraft.bus_schema.encoding.registry import message
 
 
@@ -15,7 +16,7 @@ class EnergyUse:
 
     stamp: Seconds
     consumer: str
-    energy: Joules
+    energy: Annotated[Joules, Bounds(minimum=0.0)]
 
 
 @message("regraft/PowerDraw")
@@ -47,7 +48,7 @@ class ChargerState:
 
     stamp: Seconds
     connected: bool
-    power: Watts
+    power: Annotated[Watts, Bounds(minimum=0.0)]
 
 
 @message("regraft/Charge")
