@@ -136,7 +136,9 @@ class ComponentObserver(Component):
             raise ParameterError(problems)
 
     def snapshot(self) -> PlainValue:
-        """Return what is known of each component."""
+        """Return what is known of each component: until the first activation, what was restored."""
+        if not self._conditions:
+            return self._remembered
         known: dict[str, Any] = {name: condition.remembered() for name, condition in self._conditions.items()}
         for component, fitness in self._fitness:
             if fitness.unfit and component in known:

@@ -60,7 +60,9 @@ class Condition:
         self._differs_since: float | None = None
         self._active_since: float | None = None
         self._idle_since: float | None = None
-        self._failure: float | None = None
+        self._idle_before: float = known.get("idle", 0.0)
+        self._seen_at = 0.0
+        self._failure: float | None = known.get("failure")
 
     @property
     def is_certain(self) -> bool:
@@ -69,7 +71,9 @@ class Condition:
 
     def remembered(self) -> PlainValue:
         """Return what a further run of the observer continues with."""
-        return {"status": self.status.value, "why": self.why, "sensor": self._sensor}
+        known = {"status": self.status.value, "why": self.why, "sensor": self._sensor}
+        idle = self._idle_before if self._idle_since is None else self._seen_at - self._idle_since
+        return {**known, "failure": self._failure, "idle": idle}
 
     def see(self, now: float, is_active: bool, life: Evidence, sensor: Evidence, delays: Delays) -> bool:
         """Take evidence in, at a time in seconds; return whether the status has changed.
@@ -77,6 +81,7 @@ class Condition:
         ``life`` is that of the lifecycle and the process. ``sensor`` counts only while the component is active: one
         that an adaptation has deactivated is silent, and not failed.
         """
+        self._seen_at = now
         self._see_sensor(now, is_active, sensor, delays)
         if life.by_itself:
             self._see_failure(now, is_active, life)
@@ -102,7 +107,7 @@ class Condition:
 
     def _see_sensor(self, now: float, is_active: bool, sensor: Evidence, delays: Delays) -> None:
         if is_active:
-            self._idle_since = None
+            self._idle_since, self._idle_before = None, 0.0
             if self._active_since is None:
                 self._active_since = now
             # Silence from before the activation is no failure: what watches the sensor needs time to hear it.
@@ -111,7 +116,7 @@ class Condition:
             return
         self._active_since = None
         if self._idle_since is None:
-            self._idle_since = now
+            self._idle_since = now - self._idle_before
         if self._is_presumed_well(now, delays):
             self._sensor = ""
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from regraft import State
+from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.management.system import SystemFaultKind
 from regraft.bus_schema.model.lifecycle import Transition
 from regraft.services.observers.component_observer import ComponentObserver
@@ -278,6 +279,70 @@ def test_a_further_run_repeats_what_the_earlier_one_knew_only_with_evidence(seen
     seen.rig.advance(1.0)
     seen.run(1.5)
     assert seen.statuses() == [("laser", "TRUE"), ("camera", "FALSE")]
+
+
+def test_an_observer_that_is_swapped_twice_before_it_is_activated_has_forgotten_no_failure(seen: Scene) -> None:
+    seen.has_monitor = True
+    seen.run(4.0)
+    seen.sensors["picture"] = "black"
+    seen.run(2.0)
+    earlier = seen.rig.runtimes["observer"].component
+    assert isinstance(earlier, ComponentObserver)
+    known = earlier.snapshot()
+    seen.rig.transition("observer", Transition.DEACTIVATE)
+    seen.states["camera"] = State.INACTIVE
+    seen.news()
+    given = {"observed": earlier.observed, "period": 1000.0}
+    for name in ("second", "third"):
+        later = seen.rig.add(ComponentObserver, name, given, state=State.INACTIVE)
+        later.restore(known)
+        known = later.snapshot()
+    seen.rig.transition("third", Transition.ACTIVATE)
+    seen.run(3.0)
+    assert seen.statuses() == [("camera", "FALSE"), ("laser", "TRUE")]
+
+
+def failed_at_rest(made: Scene) -> None:
+    """Have the laser fail by itself, and end inactive."""
+    made.run(2.0)
+    made.states["laser"], made.faults["laser"] = State.UNCONFIGURED, SystemFaultKind.FAILED
+
+
+def run_again(made: Scene, **parameters: float) -> None:
+    """Replace the observer by a further run of it, which is given what the earlier one knew."""
+    earlier = made.rig.runtimes["observer"].component
+    assert isinstance(earlier, ComponentObserver)
+    known = codec.unpack_plain(codec.pack_plain(earlier.snapshot()))
+    made.rig.transition("observer", Transition.DEACTIVATE)
+    given = {"observed": earlier.observed, "period": 100.0, **parameters}
+    later = made.rig.add(ComponentObserver, "later", given, state=State.INACTIVE)
+    later.restore(known)
+    made.rig.transition("later", Transition.ACTIVATE)
+    made.news()
+
+
+def test_what_is_presumed_to_be_over_is_so_for_a_further_run_too(tmp_path: Path) -> None:
+    with scene(ComponentObserver, observed=written(tmp_path), period=100.0, presumed_after=5.0) as made:
+        failed_at_rest(made)
+        made.run(8.0)
+        assert made.statuses()[-1] == ("laser", "RECOVERED")
+        run_again(made, presumed_after=5.0)
+        made.run(12.0)
+        assert ("laser", "FALSE") not in made.statuses()
+        made.fail_again()
+        made.run(1.0)
+        assert made.statuses() == [("laser", "FALSE")]
+
+
+def test_the_inactive_time_of_what_has_failed_counts_over_a_further_run(tmp_path: Path) -> None:
+    with scene(ComponentObserver, observed=written(tmp_path), period=100.0, presumed_after=8.0) as made:
+        failed_at_rest(made)
+        made.run(6.0)
+        run_again(made, presumed_after=8.0)
+        made.run(1.0)
+        assert ("laser", "RECOVERED") not in made.statuses()
+        made.run(3.5)
+        assert ("laser", "RECOVERED") in made.statuses()
 
 
 def test_it_measures_how_many_have_failed(seen: Scene) -> None:
