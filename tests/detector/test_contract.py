@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +18,7 @@ from regraft.bus_schema.messages.health import Diagnostic, Level
 from regraft.bus_schema.messages.perception import Detect, Sightings
 from regraft.bus_schema.messages.power import EnergyUse
 from regraft.bus_schema.messages.sensors import Image, Odometry
+from regraft.bus_schema.model.lifecycle import Transition
 from regraft.component.component import describe
 from regraft.planar import Pose2D
 from regraft.services.detector.detector import Detector
@@ -25,7 +27,7 @@ from regraft.services.detector.hydrant_detector import HydrantDetector
 from regraft.services.detector.template_detector import TemplateDetector
 from regraft.sim_service.cameras.renderers import RendererName
 from regraft.testing import Rig
-from tests.services.rigs import Studio
+from tests.services.rigs import Studio, connect, set_parameters
 
 HYDRANT = Pose2D(0.8, 0.1, 0.7)
 BEFORE = Pose2D(-0.4, 0.0, 0.0)
@@ -231,6 +233,59 @@ def test_black_and_frozen_pictures_are_told_and_of_no_use(detector: Detecting) -
     assert "black" in told[1].text
     assert quality["pictures"] == 6
     assert quality["detection_rate"] == pytest.approx(2 / 6)
+
+
+def rates_after_black_pictures(detector: Detecting, change: Callable[[Rig], None], topic: str = "image") -> list[float]:
+    """Return the rates measured after black pictures, after a change, and after a good picture then."""
+    good = studio_of("ray").picture()
+    black = replace(good, pixels=np.zeros_like(good.pixels))
+    measured = []
+    with Rig() as rig:
+        theatre = set_up(rig, detector, [black] * 3)
+        rig.add(Theatre, "other", connections={"image": "other/image", "odometry": None}).pictures = []
+        rig.call("detect", Detect(pictures=3), Sightings)
+        component = rig.runtimes["detector"].component
+        measured.append(component.evaluate().get("useful_rate", math.nan))
+        change(rig)
+        measured.append(component.evaluate().get("useful_rate", math.nan))
+        other = rig.runtimes["other"].component
+        assert isinstance(other, Theatre)
+        (theatre if topic == "image" else other).pictures = [good]
+        rig.call("detect", Detect(pictures=1), Sightings)
+        measured.append(component.evaluate()["useful_rate"])
+    return measured
+
+
+def test_rates_are_those_of_the_camera_that_is_connected(detector: Detecting) -> None:
+    rates = rates_after_black_pictures(
+        detector, lambda rig: connect(rig, "detector", "image", "other/image"), "other/image"
+    )
+    assert rates == pytest.approx([0.0, math.nan, 1.0], nan_ok=True)
+
+
+def test_rates_begin_anew_with_another_way_to_look_alone(detector: Detecting) -> None:
+    rates = rates_after_black_pictures(detector, lambda rig: set_parameters(rig, "detector", farthest=6.0))
+    assert rates == pytest.approx([0.0, math.nan, 1.0], nan_ok=True)
+    rates = rates_after_black_pictures(
+        detector, lambda rig: set_parameters(rig, "detector", pictures=2, picture_energy=1.0)
+    )
+    assert rates == pytest.approx([0.0, 0.0, 1 / 4])
+
+
+def test_rates_begin_anew_after_an_inactive_time(detector: Detecting) -> None:
+    def rest(rig: Rig) -> None:
+        rig.transition("detector", Transition.DEACTIVATE)
+        rig.transition("detector", Transition.ACTIVATE)
+
+    assert rates_after_black_pictures(detector, rest) == pytest.approx([0.0, math.nan, 1.0], nan_ok=True)
+
+
+def test_rates_begin_anew_with_a_picture_from_another_camera(detector: Detecting) -> None:
+    own, corner = studio_of("ray").picture(), studio_of("ray", camera="corner_camera").picture()
+    with Rig() as rig:
+        set_up(rig, detector, [replace(own, pixels=np.zeros_like(own.pixels)), corner])
+        rig.call("detect", Detect(pictures=2), Sightings)
+        assert rig.runtimes["detector"].component.evaluate()["useful_rate"] == 1.0
 
 
 def test_pictures_without_pixels_are_told_and_of_no_use(detector: Detecting) -> None:

@@ -33,6 +33,8 @@ LABEL = "hydrant"
 BASE_FRAME = "base_link"
 RECENT = 20
 """Pictures over which the hit rate is taken."""
+LOOKS_ALIKE = frozenset({"pictures", "interval", "picture_within", "picture_energy"})
+"""Parameters that make no difference to what a picture shows."""
 
 
 class NoPictureError(Exception):
@@ -75,6 +77,10 @@ class HydrantDetector(Component):
     detections = Output(Detections, description="what each picture shows that was looked at")
     energy = Output(EnergyUse, description="what an on-board picture takes")
 
+    def __init__(self) -> None:
+        self._recent: deque[tuple[bool, bool]] = deque(maxlen=RECENT)
+        self._camera: tuple[str, ...] = ()
+
     @abstractmethod
     def finder(self) -> Finder:
         """Return what finds hydrants, as the parameters now are."""
@@ -100,10 +106,11 @@ class HydrantDetector(Component):
     def evaluate(self) -> dict[str, float]:
         """Return how many ``pictures`` were looked at, and rates (0 to 1) of the last 20.
 
-        ``detection_rate`` is the share with a hit, wherever the hydrant was, ``useful_rate`` that without a fault.
+        ``detection_rate`` is the share with a hit, wherever the hydrant was, ``useful_rate`` that without a fault. Both
+        are of pictures from the present camera alone, that were looked at as now.
         """
         rates = {"pictures": float(self._taken)}
-        if self._recent:
+        if self._recent and self._camera[0] == self.image.key:
             rates["detection_rate"] = sum(hit for _, hit in self._recent) / len(self._recent)
             rates["useful_rate"] = sum(useful for useful, _ in self._recent) / len(self._recent)
         return rates
@@ -113,9 +120,17 @@ class HydrantDetector(Component):
         cv2.setNumThreads(1)
         self._seen: tuple[Image, Detections, bool] | None = None
         self._poses = PoseHistory()
-        self._recent: deque[tuple[bool, bool]] = deque(maxlen=RECENT)
         self._taken = 0
         self._fault = ""
+
+    def on_activate(self) -> None:
+        """Measure from now on."""
+        self._recent.clear()
+
+    def on_parameters(self, changed: frozenset[str]) -> None:
+        """Begin to measure once more where other values find something else."""
+        if changed - LOOKS_ALIKE:
+            self._recent.clear()
 
     @service("detect")
     async def detect(self, request: Detect) -> Sightings:
@@ -168,6 +183,10 @@ class HydrantDetector(Component):
         found = Detections(image.stamp, image.frame.removesuffix("_optical"), objects)
         self._seen = (image, found, not fault)
         self._taken += 1
+        camera = (self.image.key, image.pose_frame, image.frame)
+        if camera != self._camera:
+            self._camera = camera
+            self._recent.clear()
         self._recent.append((not fault, bool(objects)))
         self.detections.publish(found)
         if self._is_on_board(image):
