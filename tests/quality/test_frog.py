@@ -143,6 +143,33 @@ def test_a_budget_pays_for_120_pictures_of_the_robots_own_camera_and_for_no_othe
     assert field.quality("DetectPowerEfficiently").satisfied is False
 
 
+def test_what_pictures_take_is_unknown_while_their_camera_is_and_is_counted_as_soon_as_it_is_known() -> None:
+    ports = 'looked="{@looked}" image_topic="{@seen_by}" metric="{used}" energy_left="{left}"'
+    field = frog("DetectPowerEfficiently", ports, "<Spelt script='RSRSRS'/>")
+    field.put("looked", 3)
+    for _ in range(4):
+        field.tick()
+        told = field.quality("DetectPowerEfficiently")
+        assert (told.metric, told.satisfied) == (None, None)
+    field.put("seen_by", "camera/image")
+    field.tick()
+    assert field.quality("DetectPowerEfficiently").metric == pytest.approx(3 * 59.275)
+    assert field.get("left") == pytest.approx(7113.0 - 3 * 59.275)
+
+
+def test_an_answer_whose_camera_is_not_known_yet_is_counted_as_soon_as_it_is() -> None:
+    ports = 'hits="{@hits}" looked="{@looked}" image_topic="{@seen_by}" metric="{m}"'
+    field = frog("CameraHitRate", ports, "<Spelt script='RSRSRS'/>")
+    field.put("looked", 3)
+    field.put("hits", 3)
+    for _ in range(3):
+        field.tick()
+        assert field.quality("CameraHitRate").metric is None
+    field.put("seen_by", "corner_camera/image")
+    field.tick()
+    assert field.quality("CameraHitRate").metric == pytest.approx(4 / 5)
+
+
 @pytest.mark.parametrize(("charge", "satisfied"), [(0.91, True), (0.90, True), (0.899, False)])
 def test_the_battery_is_to_be_at_least_nine_tenths_full(charge: float, satisfied: bool) -> None:
     inner = '<MinBatteryNavigation battery_charge="{@c}" motion_power="{@p}"><Spelt/></MinBatteryNavigation>'

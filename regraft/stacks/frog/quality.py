@@ -128,6 +128,7 @@ class HitCounting(TaskLevelQR):
     def __init__(self, setup: NodeSetup, context: QualityTeller) -> None:
         super().__init__(setup, context)
         self._answers: Writes | None = None
+        self._is_answered = False
         self.hits_so_far = self.pictures_so_far = 0
 
     def on_start(self) -> None:
@@ -139,10 +140,15 @@ class HitCounting(TaskLevelQR):
         return True
 
     def count(self) -> None:
-        """Count an answer that is new."""
-        if self._answers is not None and self._answers.are_new() and self.counts():
-            self.hits_so_far += self.hits
-            self.pictures_so_far += self.looked
+        """Count an answer that is new, once all of it can be read."""
+        if self._answers is not None and self._answers.are_new():
+            self._is_answered = True
+        if self._is_answered:
+            hits, looked, counts = self.hits, self.looked, self.counts()
+            self._is_answered = False
+            if counts:
+                self.hits_so_far += hits
+                self.pictures_so_far += looked
 
     def on_end(self, status: Status) -> float | None:
         """Count the answer with which the task ended."""
@@ -207,6 +213,7 @@ class DetectPowerEfficiently(TaskLevelQR):
     def __init__(self, setup: NodeSetup, context: QualityTeller) -> None:
         super().__init__(setup, context)
         self._answers: Writes | None = None
+        self._is_answered = False
         self._pictures = 0
 
     def data_ports(self) -> tuple[str, ...]:
@@ -216,14 +223,23 @@ class DetectPowerEfficiently(TaskLevelQR):
     def on_start(self) -> None:
         """Wait for the next answer, and report what is left for it."""
         self._answers = Writes(self, "looked")
-        self._tell_left()
+        if not self._is_answered:
+            self._tell_left()
 
     def measure(self) -> float | None:
-        """Return the energy so far."""
-        if self._answers is not None and self._answers.are_new() and self.image_topic == self.own_camera:
-            self._pictures += self.looked
+        """Return the energy so far; it is unknown until the last answer can be read."""
+        if self._answers is not None and self._answers.are_new():
+            self._is_answered = True
+        if self._is_answered:
+            pictures = self.paid_pictures()
+            self._is_answered = False
+            self._pictures += pictures
         self._tell_left()
         return self._taken()
+
+    def paid_pictures(self) -> int:
+        """Return for how many pictures of the last answer the robot has paid."""
+        return self.looked if self.image_topic == self.own_camera else 0
 
     def _taken(self) -> float:
         """Return what was taken: a product, as the sum of 120 pictures' energies comes out above a budget for 120."""

@@ -99,12 +99,9 @@ class PublishedMovePower(TaskLevelQR):
 class PublishedDetectPower(DetectPowerEfficiently):
     """The published account of pictures: a call for n takes n times too much, whichever camera they come from."""
 
-    def measure(self) -> float | None:
-        """Return the energy so far."""
-        if self._answers is not None and self._answers.are_new():
-            self._pictures += self.looked**2
-        self._tell_left()
-        return self._taken()
+    def paid_pictures(self) -> int:
+        """Return the square of how many were looked at."""
+        return self.looked**2
 
 
 class PublishedPictures(AdaptOnStart):
