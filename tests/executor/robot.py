@@ -49,6 +49,8 @@ class Detector(Component):
     """Sees the object in every picture, at (1, 2)."""
 
     failures = Parameter(0, "how many requests are refused at first")
+    paid = Parameter(-1, "how many pictures take energy; below 0: it does not report that")
+    picture_energy = Parameter(0.0, "what they take, if it reports that", unit="J")
 
     def __init__(self) -> None:
         self.asked: list[Detect] = []
@@ -62,7 +64,9 @@ class Detector(Component):
         await self.kit.sleep(0.25)
         best = Detection(request.label, 0.9, "map", Vector3(1.0, 2.0, 0.0), 0.1, 1.0)
         pictures = request.pictures or 1
-        return Sightings(pictures, pictures, best)
+        if self.paid < 0:
+            return Sightings(pictures, pictures, best)
+        return Sightings(pictures, pictures, best, paid=self.paid, picture_energy=self.picture_energy)
 
 
 class Porter(Component):

@@ -50,6 +50,18 @@ def test_detect_writes_what_was_seen() -> None:
         assert (detector.asked[0].label, detector.asked[0].pictures) == ("ball", 3)
 
 
+def test_detect_writes_which_pictures_took_energy_as_far_as_that_is_reported() -> None:
+    leaf = '<Detect label="ball" pictures="3" paid="{paid}" picture_energy="{energy}"/>'
+    with Rig() as rig:
+        rig.add(Detector)
+        seen = finish(rig, [leaf]).blackboard
+        assert (seen["paid"], seen["energy"]) == (3, None)
+    with Rig() as rig:
+        rig.add(Detector, parameters={"paid": 2, "picture_energy": 10.0})
+        seen = finish(rig, [leaf]).blackboard
+        assert (seen["paid"], seen["energy"]) == (2, 10.0)
+
+
 def test_a_drive_tells_how_far_it_is() -> None:
     with Rig() as rig:
         rig.add(Navigator)

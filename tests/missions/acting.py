@@ -55,6 +55,11 @@ class ActingManager(Component):
         self.rig = rig
         self.architecture = load(STACKS / f"{stack}.yaml").architecture
 
+    def looks_through(self, topic: str) -> bool:
+        """Return whether the detector looks at the pictures of a topic."""
+        assert self.architecture is not None
+        return self.architecture.components["detector"].connections["image"] == topic
+
     @property
     def requests(self) -> list[AdaptationRequest]:
         """What was asked for so far."""
@@ -179,4 +184,5 @@ class PlainCamera(Component):
         elif self.failure != "frozen" or self._last is None:
             self._last = noise
         if self.failure != "silent":
-            self.image.publish(Image(self.kit.now(), f"{self.kit.name}_optical", "base_link", Pose(), 1.0, self._last))
+            mounted_on = "base_link" if self.kit.name == "camera" else "map"
+            self.image.publish(Image(self.kit.now(), f"{self.kit.name}_optical", mounted_on, Pose(), 1.0, self._last))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from regraft import Cancelled, Component, Parameter, RequestRefused, action, service, stacks
@@ -122,6 +124,7 @@ class Detector(Component):
         self.spread = 0.01
         self.broken = False
         self.failures = 0
+        self.is_on_board: Callable[[], bool] = lambda: True
         self.asked: list[int] = []
 
     @service("detect")
@@ -133,13 +136,15 @@ class Detector(Component):
             self.failures -= 1
             raise RequestRefused("no picture came")
         await self.kit.sleep(0.2 * pictures)
+        seen = Sightings(pictures, 0, paid=pictures if self.is_on_board() else 0, picture_energy=59.275)
         if self.broken:
-            return Sightings(pictures, 0, useful=0)
+            return replace(seen, useful=0)
         reached = self.navigator.reached if self.navigator else []
         if not self.seen_from.intersection(reached[-1:]):
-            return Sightings(pictures, 0)
+            return seen
         best = Detection("hydrant", 0.9, "map", Vector3(1.1, 2.0, 0.0), 0.1, 1.0)
-        return Sightings(pictures, pictures, best, pictures, Vector3(1.0, 2.0, 0.0), "map", self.spread)
+        found = replace(seen, hits=pictures, best=best, useful=pictures)
+        return replace(found, position=Vector3(1.0, 2.0, 0.0), frame="map", spread=self.spread)
 
 
 class Mapper(Component):

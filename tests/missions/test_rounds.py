@@ -50,6 +50,7 @@ class Rounds:
         else:
             self.detector = rig.add(Detector)
             self.detector.navigator = self.navigator
+            self.detector.is_on_board = lambda: self.manager.looks_through(OWN)
         self.looks = rig.collect("detections", Detections)
         file = str(MISSIONS / f"{mission}.xml")
         rig.add(Executor, "bt_executor", {"mission": file, "main": main, "nodes": NODES})

@@ -179,8 +179,9 @@ def test_only_pictures_of_the_robots_own_camera_take_energy() -> None:
     with Rig() as rig:
         set_up(rig, [own.picture(), other.picture(), own.picture()])
         used = rig.collect("energy", EnergyUse)
-        rig.call("detect", Detect(pictures=3), Sightings)
+        seen = rig.call("detect", Detect(pictures=3), Sightings)
     assert [(use.consumer, use.energy) for use in used] == [("detector", 59.275)] * 2
+    assert (seen.paid, seen.picture_energy) == (2, 59.275)
 
 
 def test_two_who_ask_at_once_share_the_picture_and_its_energy() -> None:
@@ -189,9 +190,11 @@ def test_two_who_ask_at_once_share_the_picture_and_its_energy() -> None:
         set_up(rig, [studio.picture()])
         used = rig.collect("energy", EnergyUse)
         asker = rig.add(Asker)
-        assert rig.call("detect", Detect(), Sightings).hits == 1
+        seen = rig.call("detect", Detect(), Sightings)
+        assert seen.hits == 1
         assert asker.hits == [1]
     assert len(used) == 1
+    assert [seen.paid, *asker.paid] in ([1, 0], [0, 1])
 
 
 class Asker(Component):
@@ -199,12 +202,15 @@ class Asker(Component):
 
     def on_configure(self) -> None:
         self.hits: list[int] = []
+        self.paid: list[int | None] = []
 
     def on_activate(self) -> None:
         self.kit.spawn(self.ask())
 
     async def ask(self) -> None:
-        self.hits.append((await self.kit.call("detect", Detect(), Sightings)).hits)
+        seen = await self.kit.call("detect", Detect(), Sightings)
+        self.hits.append(seen.hits)
+        self.paid.append(seen.paid)
 
 
 def test_pauses_are_kept_between_pictures() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from regraft.bus_schema.annotations import Bounds, Count, Metres, Radians, Ratio, Seconds
+from regraft.bus_schema.annotations import Bounds, Count, Joules, Metres, Radians, Ratio, Seconds
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.messages.geometry import Vector3
 
@@ -52,7 +52,8 @@ class Sightings:
 
     ``useful`` counts the pictures that were neither black nor frozen; None where they were not checked. ``position``
     (m, in ``frame``) is the object's place by all sightings together. ``spread`` is how far from there a sighting
-    typically is: None if there was only one.
+    typically is: None if there was only one. ``paid`` counts the pictures that took energy from the robot's battery,
+    ``picture_energy`` each; None where that is not known.
     """
 
     pictures: Count
@@ -62,3 +63,5 @@ class Sightings:
     position: Vector3 | None = None
     frame: str = ""
     spread: Metres | None = None
+    paid: Count | None = None
+    picture_energy: Annotated[Joules, Bounds(minimum=0.0)] | None = None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections import deque
+from dataclasses import replace
 from typing import ClassVar
 
 import cv2
@@ -138,7 +139,7 @@ class HydrantDetector(Component):
         if request.label != LABEL:
             why = f"this detector finds {LABEL!r} only, not {request.label!r}"
             raise RequestRefused(why, RefusalCode.INVALID, field="label")
-        looked = useful = 0
+        looked = useful = paid = 0
         hits: list[Detection] = []
         for _ in range(request.pictures or self.pictures):
             if self.interval > 0.0:
@@ -151,14 +152,16 @@ class HydrantDetector(Component):
                 if looked == 0:
                     raise RequestRefused(str(error), RefusalCode.UNAVAILABLE) from None
                 break
-            found, of_use = self._look(image, before)
-            looked, useful = looked + 1, useful + of_use
+            found, of_use, is_paid = self._look(image, before)
+            looked, useful, paid = looked + 1, useful + of_use, paid + is_paid
             hits += found.objects[:1]
+        seen = Sightings(looked, 0, useful=useful, paid=paid, picture_energy=self.picture_energy)
         place = locate(hits)
-        best = max(hits, key=lambda hit: hit.confidence, default=None)
         if place is None:
-            return Sightings(looked, 0, None, useful=useful)
-        return Sightings(looked, len(hits), best, useful, place.position, place.frame, place.spread)
+            return seen
+        best = max(hits, key=lambda hit: hit.confidence)
+        located = replace(seen, position=place.position, frame=place.frame, spread=place.spread)
+        return replace(located, hits=len(hits), best=best)
 
     async def _next_picture(self) -> Image:
         coming, within = self.image.next(), self.picture_within
@@ -173,10 +176,10 @@ class HydrantDetector(Component):
         finally:
             expiry.cancel()
 
-    def _look(self, image: Image, before: Image | None) -> tuple[Detections, bool]:
-        """Look at a picture, once for all requests; also return whether it was of use."""
+    def _look(self, image: Image, before: Image | None) -> tuple[Detections, bool, bool]:
+        """Look at a picture, once for all requests; also return whether it was of use, and took energy now."""
         if self._seen is not None and self._seen[0] is image:
-            return self._seen[1], self._seen[2]
+            return self._seen[1], self._seen[2], False
         fault = fault_of(image, before)
         self._diagnose(fault)
         objects = () if fault else self._objects(image)
@@ -189,9 +192,10 @@ class HydrantDetector(Component):
             self._recent.clear()
         self._recent.append((not fault, bool(objects)))
         self.detections.publish(found)
-        if self._is_on_board(image):
+        is_paid = self._is_on_board(image)
+        if is_paid:
             self.energy.publish(EnergyUse(image.stamp, self.kit.name, self.picture_energy))
-        return found, not fault
+        return found, not fault, is_paid
 
     def _is_on_board(self, image: Image) -> bool:
         return image.pose_frame == in_scope(self.kit.scope, BASE_FRAME)

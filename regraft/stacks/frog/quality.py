@@ -12,6 +12,7 @@ energies in an unknown unit; here they are integrals over time. All constants ar
 from __future__ import annotations
 
 import math
+from collections import Counter
 
 from behavior_tree import Input, NodeSetup, Output, Status
 from regraft.services.bt_executor.quality import (
@@ -196,17 +197,15 @@ class CameraHitRate(HitCounting):
 class DetectPowerEfficiently(TaskLevelQR):
     """B1-4: looks for objects without taking more energy than the budget; the metric is what it has taken, in J.
 
-    Only pictures of the robot's own camera take energy. They are counted since the mission was loaded, each call of the
-    detector once, when its answer is in.
+    The detector reports which of its pictures have taken energy, and how much. They are counted since the mission was
+    loaded, each call of the detector once, when its answer is in.
     """
 
     attribute = POWER
     higher_is_better = False
 
-    looked = Input(int, description="how many pictures of the last call were looked at")
-    image_topic = Input(str, default="camera/image", description="the topic that they came from")
-    own_camera = Input(str, default="camera/image", description="the topic of the robot's own pictures")
-    picture_energy = Input(float, default=PICTURE_ENERGY, description="what one takes, in J")
+    paid = Input(int, description="how many pictures of the last call have taken the robot's energy")
+    picture_energy = Input(float, default=PICTURE_ENERGY, description="what each of them has taken, in J")
     budget = Input(float, default=BUDGET, description="what all may take, in J")
     energy_left = Output(float, description="what is left of the budget, in J; less than 0 if it was overdrawn")
 
@@ -214,7 +213,7 @@ class DetectPowerEfficiently(TaskLevelQR):
         super().__init__(setup, context)
         self._answers: Writes | None = None
         self._is_answered = False
-        self._pictures = 0
+        self._paid: Counter[float] = Counter()
 
     def data_ports(self) -> tuple[str, ...]:
         """Return none: before the first picture it is known that nothing has been taken."""
@@ -222,7 +221,7 @@ class DetectPowerEfficiently(TaskLevelQR):
 
     def on_start(self) -> None:
         """Wait for the next answer, and report what is left for it."""
-        self._answers = Writes(self, "looked")
+        self._answers = Writes(self, "paid")
         if not self._is_answered:
             self._tell_left()
 
@@ -231,19 +230,19 @@ class DetectPowerEfficiently(TaskLevelQR):
         if self._answers is not None and self._answers.are_new():
             self._is_answered = True
         if self._is_answered:
-            pictures = self.paid_pictures()
+            pictures, energy = self.paid_pictures(), self.picture_energy
             self._is_answered = False
-            self._pictures += pictures
+            self._paid[energy] += pictures
         self._tell_left()
         return self._taken()
 
     def paid_pictures(self) -> int:
         """Return for how many pictures of the last answer the robot has paid."""
-        return self.looked if self.image_topic == self.own_camera else 0
+        return self.paid
 
     def _taken(self) -> float:
-        """Return what was taken: a product, as the sum of 120 pictures' energies comes out above a budget for 120."""
-        return self._pictures * self.picture_energy
+        """Return what was taken: by products, as the sum of 120 pictures' energies comes out above a budget for 120."""
+        return float(sum(pictures * energy for energy, pictures in self._paid.items()))
 
     def _tell_left(self) -> None:
         if "energy_left" in self.setup.writers:

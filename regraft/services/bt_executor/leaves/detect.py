@@ -22,6 +22,8 @@ class DetectObject(Asking):
     timeout = Input(float, default=10.0, description="seconds to wait for the answer")
     looked = Output(int, description="how many pictures were looked at")
     useful = Output(int, description="how many of them were of use; all, if not reported")
+    paid = Output(int, description="how many of them took energy from the robot's battery; all, if not reported")
+    picture_energy = Output(float, description="joules that each of these took; written only if reported")
     hits = Output(int, description="in how many of them it was seen")
     found = Output(bool, description="whether it was seen at all")
     confidence = Output(float, description="of the best sighting, 0 if it was not seen")
@@ -44,10 +46,13 @@ class DetectObject(Asking):
         outputs: dict[str, int | float | str] = {
             "looked": answer.pictures,
             "useful": useful,
+            "paid": answer.pictures if answer.paid is None else answer.paid,
             "hits": answer.hits,
             "found": answer.hits > 0,
             "confidence": best.confidence if best else 0.0,
         }
+        if answer.picture_energy is not None:
+            outputs["picture_energy"] = answer.picture_energy
         if best:
             place, frame = (answer.position, answer.frame) if answer.position else (best.position, best.frame)
             outputs |= {"x": place.x, "y": place.y, "frame": frame, "spread": answer.spread or 0.0}

@@ -100,8 +100,8 @@ class PublishedDetectPower(DetectPowerEfficiently):
     """The published account of pictures: a call for n takes n times too much, whichever camera they come from."""
 
     def paid_pictures(self) -> int:
-        """Return the square of how many were looked at."""
-        return self.looked**2
+        """Return the square of how many were paid for."""
+        return self.paid**2
 
 
 class PublishedPictures(AdaptOnStart):
