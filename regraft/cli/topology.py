@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 from regraft.bus_schema.annotations import PlainValue
-from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
+from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec, scopes_in
 from regraft.bus_schema.model.description import ANY_TYPE, ServiceDescription
 from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.bus_schema.model.robots.offered_services import offered_services
@@ -77,7 +77,7 @@ class Topology:
     """The components of a system as specs, those that hosts run and the others; the stack's topics, hosts and modes.
 
     ``modes`` has the changes that enter each, as plain data. ``silent`` has components that no host runs and that do
-    not describe themselves: the reason by name.
+    not describe themselves: the reason by name. ``robots`` have names of their own.
     """
 
     hosted: dict[str, ComponentSpec]
@@ -87,11 +87,17 @@ class Topology:
     modes: Mapping[str, PlainValue] = field(default_factory=dict)
     view: RobotView = ALL
     silent: Mapping[str, str] = field(default_factory=dict)
+    robots: frozenset[str] = frozenset()
+
+    @property
+    def scopes(self) -> frozenset[str]:
+        """The scopes that components may be in."""
+        return scopes_in(self.topics, self.robots)
 
     def of_robot(self, robot: str) -> Topology:
         """Return what belongs to one robot, all for an empty name; raises BadInput for an unknown one."""
         try:
-            return replace(self, view=robot_view(robot, self.unhosted | self.hosted, self.topics))
+            return replace(self, view=robot_view(robot, self.unhosted | self.hosted, self.scopes))
         except NoSuchRobot as error:
             raise BadInput(str(error)) from None
 
@@ -156,6 +162,7 @@ def topology(client: Client) -> Topology:
     topics: dict[str, TopicSpec] = {}
     elsewhere: dict[str, ComponentSpec] = {}
     hosts: set[str] = set()
+    robots: set[str] = set()
     modes: Mapping[str, PlainValue] = {}
     for host in client.hosts(AT_ONCE).values():
         hosts.add(host.name)
@@ -171,13 +178,14 @@ def topology(client: Client) -> Topology:
             raise
         hosted |= {spec.name: spec for spec in view.specs}
         topics |= view.architecture.topics
+        robots.update(view.architecture.robots)
         if host.name == LOCAL:
             elsewhere = {name: spec for name, spec in view.architecture.components.items() if spec.host != LOCAL}
             hosts.update(view.architecture.hosts)
             modes = view.architecture.modes
     hosted = elsewhere | hosted
     unhosted, silent = _specs_of(client, sorted(seen.keys() - hosted.keys()))
-    return Topology(hosted, unhosted, topics, frozenset(hosts), modes, silent=silent)
+    return Topology(hosted, unhosted, topics, frozenset(hosts), modes, silent=silent, robots=frozenset(robots))
 
 
 def _specs_of(client: Client, names: Iterable[str]) -> tuple[dict[str, ComponentSpec], dict[str, str]]:

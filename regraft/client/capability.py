@@ -116,11 +116,12 @@ def _why_not_measured(amount: str, measured: Mapping[str, float], usage: HostUsa
 
 def _devices(architecture: Architecture, host: str) -> Iterator[DeviceLine]:
     rules = architecture.rules(host)
+    scopes = architecture.scopes
     held = {
         device: name
         for name, spec in sorted(architecture.components.items())
         if spec.host == host
-        for device in devices(spec, rules, architecture.topics)
+        for device in devices(spec, rules, scopes)
     }
     for device in dict.fromkeys((*rules.devices, *sorted(held))):
         yield DeviceLine(device, held.get(device))

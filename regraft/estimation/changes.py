@@ -70,7 +70,7 @@ def _spec_after(
     if isinstance(change, Swap):
         parameters = spec.parameters | change.parameters
         new = describe(replace(spec, cls=change.cls or spec.cls, parameters=parameters, description=None))
-        return successor(change, spec, new, architecture.topics)
+        return successor(change, spec, new, architecture)
     state = after(spec.state, change.transition)
     if state is None:
         possible = ", ".join(each.value for each in legal(spec.state)) or "none"
@@ -88,7 +88,7 @@ def _with_added(architecture: Architecture, change: Add, describe: Describe) -> 
     return architecture.with_component(
         replace(
             spec,
-            connections=connections(spec, architecture.topics, spec.connections),
-            services=services(spec, architecture.topics, spec.services),
+            connections=connections(spec, architecture, spec.connections),
+            services=services(spec, architecture, spec.services),
         )
     )

@@ -6,7 +6,8 @@ from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 
-from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.bus_schema.model.robots.robot_view import simulated_robots
 from regraft.component.handlers import LONGEST
 from regraft.process.trial.trial_import import Notice
 from regraft.stack.assembly.assemble import ASSEMBLED, assemble
@@ -117,26 +118,28 @@ def _architecture(root: Section, around: Surroundings) -> Architecture:
         system=_system(root),
         revision=0,
         simulated=root.choice("clock", _Clock, _Clock.REAL) is _Clock.SIMULATED,
-        components=_connected(table, specs, topics),
+        components=specs,
         topics=topics,
         hosts=hosts,
         host_rules=rules,
         limits=read_limits(root),
+        robots=tuple(sorted({*around.references, *simulated_robots(specs)} - {""})),
     )
+    architecture = replace(architecture, components=_connected(table, architecture))
     if not specs and not root.report.problems:
         root.wrong("components", "there are none: a stack needs at least one")
     architecture = replace(architecture, constraints=read_constraints(root, specs))
     return with_rules(root, with_modes(root, architecture, around))
 
 
-def _connected(
-    table: Section, specs: dict[str, ComponentSpec], topics: dict[str, TopicSpec]
-) -> dict[str, ComponentSpec]:
+def _connected(table: Section, architecture: Architecture) -> dict[str, ComponentSpec]:
     return {
         name: replace(
-            spec, connections=read_connections(table, spec, topics), services=read_services(table, spec, topics)
+            spec,
+            connections=read_connections(table, spec, architecture),
+            services=read_services(table, spec, architecture),
         )
-        for name, spec in specs.items()
+        for name, spec in architecture.components.items()
     }
 
 

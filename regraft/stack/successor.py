@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.adaptation import Swap
-from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.description import Description, ParameterDescription, PortDescription
 from regraft.stack.sections.components import connections, services
 
 
-def successor(
-    change: Swap, old: ComponentSpec, described: ComponentSpec, topics: Mapping[str, TopicSpec]
-) -> ComponentSpec:
+def successor(change: Swap, old: ComponentSpec, described: ComponentSpec, architecture: Architecture) -> ComponentSpec:
     """Return the spec after a swap: with what the old one had and the new class has too, where the swap gives nothing.
 
     ``described`` is the new spec with its class's description.
@@ -36,8 +33,8 @@ def successor(
     )
     return replace(
         new,
-        connections=connections(new, topics, kept | change.connections),
-        services=services(new, topics, named | change.services),
+        connections=connections(new, architecture, kept | change.connections),
+        services=services(new, architecture, named | change.services),
     )
 
 

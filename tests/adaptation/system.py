@@ -103,7 +103,7 @@ class System:
             revision=self.host.revision,
             term=self.host.term,
             simulated=self.architecture.simulated,
-            scope=scope_of(name, self.architecture.topics),
+            scope=scope_of(name, self.architecture.scopes),
             members=tuple(other for other in {**self.architecture.components, **self.running} if other != name),
             succeeds=succession,
         )

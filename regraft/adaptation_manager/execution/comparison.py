@@ -19,7 +19,7 @@ def tell_differences(
     """
     for name, view in views.items():
         spec = architecture.components.get(name)
-        wrong = differences(view, values_of(spec, architecture.topics)) if spec is not None else []
+        wrong = differences(view, values_of(spec, architecture.scopes)) if spec is not None else []
         if wrong:
             text = f"{'; '.join(wrong)} (revision {architecture.revision}): set it again, or restart the component"
             tell("architecture.differs", text)

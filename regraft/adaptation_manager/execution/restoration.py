@@ -32,12 +32,12 @@ def wanted_again(context: ExecutionContext, undone: Sequence[PlannedStep]) -> Wa
     for step in reversed(undone):
         spec = context.before.components.get(step.component)
         if spec is not None and spec.managed:
-            found.setdefault(spec.name, values_of(spec, context.before.topics)).update(_state(step))
+            found.setdefault(spec.name, values_of(spec, context.before.scopes)).update(_state(step))
     return found
 
 
-def values_of(spec: ComponentSpec, topics: Collection[str]) -> dict[str, object]:
-    """Return the values and connections that a component of a system with ``topics`` should have; without paths."""
+def values_of(spec: ComponentSpec, scopes: Collection[str]) -> dict[str, object]:
+    """Return the values and connections that a component of a system with ``scopes`` should have; without paths."""
     described = spec.description
     if described is None:
         return {}
@@ -45,7 +45,7 @@ def values_of(spec: ComponentSpec, topics: Collection[str]) -> dict[str, object]
     paths = {p.name for p in described.parameters if p.names_files or _is_absolute(values[p.name])}
     found: dict[str, object] = {f"parameters.{name}": values[name] for name in values.keys() - paths}
     return found | {
-        f"connect.{p.name}": spec.connections.get(p.name, own_topic(spec, p, topics)) for p in described.ports
+        f"connect.{p.name}": spec.connections.get(p.name, own_topic(spec, p, scopes)) for p in described.ports
     }
 
 
@@ -96,14 +96,14 @@ async def _may_be_later(context: ExecutionContext, spec: ComponentSpec) -> bool:
         view = await context.controls.read(spec.name).view()
     except ControlFailed:
         return True
-    former = _standing(spec, context.before.topics)
-    later = _standing(context.after.components[spec.name], context.after.topics)
+    former = _standing(spec, context.before.scopes)
+    later = _standing(context.after.components[spec.name], context.after.scopes)
     changed = {where: value for where, value in former.items() if later.get(where) != value}
     return not changed or bool(differences(view, changed))
 
 
-def _standing(spec: ComponentSpec, topics: Collection[str]) -> dict[str, object]:
-    return values_of(spec, topics) | {"state": spec.state.value}
+def _standing(spec: ComponentSpec, scopes: Collection[str]) -> dict[str, object]:
+    return values_of(spec, scopes) | {"state": spec.state.value}
 
 
 async def not_restored(context: ExecutionContext, wanted: Wanted) -> dict[str, str]:

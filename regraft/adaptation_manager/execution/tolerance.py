@@ -117,4 +117,4 @@ async def _is_as_specified(context: ExecutionContext, name: str) -> bool:
         view = await context.controls.read(name).view()
     except ControlFailed:
         return False
-    return not differences(view, values_of(spec, context.after.topics))
+    return not differences(view, values_of(spec, context.after.scopes))

@@ -249,5 +249,5 @@ def _parameter(spec: ComponentSpec, name: str) -> object:
 def _topic(architecture: Architecture, spec: ComponentSpec, port: str) -> str | None:
     """Return the topic of a port, None if it has none: one that is left out has its own, if there is such a topic."""
     described = spec.description.port(port) if spec.description else None
-    own = own_topic(spec, described, architecture.topics) if described else ""
+    own = own_topic(spec, described, architecture.scopes) if described else ""
     return spec.connections.get(port, own if own in architecture.topics else None)

@@ -67,7 +67,7 @@ class _Report:
 
     def _part(self, part: str, names: list[str]) -> PartModes:
         wanted = self._wanted
-        kind = kind_of(part, wanted.components, wanted.topics)
+        kind = kind_of(part, wanted.components, wanted.scopes)
         modes = {name: self._changes[name] for name in names}
         target = wanted.asked_modes.get(part, "")
         actual, fitting = actual_mode(modes, target, wanted, self._actual)

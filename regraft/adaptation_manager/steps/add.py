@@ -31,11 +31,10 @@ def plan(draft: Draft, change: Add) -> None:
         draft.unclear.add(name)
         return
     spec = replace(described.spec, name=name)
-    topics = draft.architecture.topics
     spec = replace(
         spec,
-        connections=connections(spec, topics, spec.connections),
-        services=services(spec, topics, change.spec.services),
+        connections=connections(spec, draft.architecture, spec.connections),
+        services=services(spec, draft.architecture, change.spec.services),
     )
     spec = fed_as_needed(spec, change.spec.connections, draft.architecture)
     draft.update(spec)

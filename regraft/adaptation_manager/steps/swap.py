@@ -41,7 +41,7 @@ def plan(draft: Draft, change: Swap) -> None:
     _judge_earlier_changes(draft, spec)
     if described is None or described.violations or described.spec.description is None:
         return
-    new = successor(change, spec, described.spec, draft.architecture.topics)
+    new = successor(change, spec, described.spec, draft.architecture)
     moved = move_of(draft.changes, name)
     with_state = change.with_state and (moved is None or moved.with_state)
     problem = of_state(spec, new, with_state=with_state)

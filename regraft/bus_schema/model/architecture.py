@@ -179,7 +179,8 @@ class Architecture:
     without ``host_rules`` has the usual ones. ``unconfirmed`` is the id of the adaptation that gave the revision, while
     that is not final; empty once it is. ``limits`` hold for every component without its own. ``mode_parts`` has the
     modes of other parts that a mode enters, and ``mode_rules`` are for the mode planner. ``asked_modes`` is the mode
-    that was asked for last, by part (`regraft.bus_schema.model.modes.mode_parts`).
+    that was asked for last, by part (`regraft.bus_schema.model.modes.mode_parts`). ``robots`` are the names of the
+    robots whose names are their own: they are scopes even without topics.
     """
 
     system: str
@@ -196,6 +197,12 @@ class Architecture:
     mode_parts: dict[str, tuple[str, ...]] = field(default_factory=dict)
     mode_rules: tuple[ModeRule, ...] = ()
     asked_modes: dict[str, str] = field(default_factory=dict)
+    robots: tuple[str, ...] = ()
+
+    @property
+    def scopes(self) -> frozenset[str]:
+        """The scopes that components may be in (`regraft.bus_schema.model.robots.scopes`)."""
+        return scopes_in(self.topics, self.robots)
 
     def handler_timeout(self, spec: ComponentSpec) -> float:
         """Return how many seconds a handler or hook may keep its component's loop, 0 if unknown."""
@@ -244,3 +251,12 @@ class Architecture:
             for port, connected in spec.connected_ports()
             if port.direction == direction and connected == topic
         )
+
+
+def scopes_in(topics: Iterable[str], robots: Iterable[str] = ()) -> frozenset[str]:
+    """Return the scopes of a system: the names of its robots, and all that its topics begin with.
+
+    >>> sorted(scopes_in(["map", "rescuer/scan"], ["arm"]))
+    ['arm', 'rescuer']
+    """
+    return frozenset(filter(None, (*robots, *(topic.partition("/")[0] for topic in topics if "/" in topic))))

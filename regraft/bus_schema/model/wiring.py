@@ -37,14 +37,14 @@ def wiring_violations(architecture: Architecture) -> Iterator[Violation]:
                 yield Violation(None, name, _field(architecture, spec, described), problem)
 
 
-def own_topic(spec: ComponentSpec, port: PortDescription, topics: Collection[str]) -> str:
+def own_topic(spec: ComponentSpec, port: PortDescription, scopes: Collection[str]) -> str:
     """Return the topic that a port of a component has where nothing names another: one of the component's scope."""
-    return in_scope(scope_of(spec.name, topics), port.topic)
+    return in_scope(scope_of(spec.name, scopes), port.topic)
 
 
 def _field(architecture: Architecture, spec: ComponentSpec, port: PortDescription) -> str:
     """Return the field that connects a port: for one that a parameter asks for this is the parameter, at first."""
-    if port.origin and spec.connections.get(port.name) == own_topic(spec, port, architecture.topics):
+    if port.origin and spec.connections.get(port.name) == own_topic(spec, port, architecture.scopes):
         return f"parameters.{port.origin}"
     return f"connect.{port.name}"
 

@@ -155,7 +155,7 @@ def _run_joined(own: Assignment, info: RunInfo, ending: ShutdownRequest, as_json
     with ending.interrupting(), joined(info) as there:
         if own.name in {*there.known.components, *there.known.silent}:
             raise BadInput(f"{info.system} has a component {own.name!r} already: choose another --name")
-        scope = scope_of(own.name, there.known.topics) if "." in own.name else ""
+        scope = scope_of(own.name, there.known.scopes) if "." in own.name else ""
     threading.Thread(target=_end_after, args=(info,), daemon=True).start()
     endpoints = (info.endpoint,)
     joining = replace(own, simulated=info.simulated, connect_endpoints=endpoints, secret=info.secret, scope=scope)

@@ -62,7 +62,7 @@ class Missions:
                 fresh_for = FRESH_FOR
                 try:
                     known = self.client.host_view(LOCAL, HOST_TIMEOUT).architecture
-                    self._known = executors(known.components, known.topics)
+                    self._known = executors(known.components, known.scopes)
                 except ClientError:
                     fresh_for = BACK_OFF
                 self._read_again_at = time.monotonic() + fresh_for

@@ -196,7 +196,7 @@ def _users(topic: str, architecture: Architecture) -> set[str]:
 def view_of(robot: str, architecture: Architecture) -> RobotView:
     """Return what of an architecture belongs to a robot, all for an empty name; raises Problem for an unknown one."""
     try:
-        return robot_view(robot, architecture.components, architecture.topics)
+        return robot_view(robot, architecture.components, architecture.scopes)
     except NoSuchRobot as error:
         raise not_found(str(error)) from None
 

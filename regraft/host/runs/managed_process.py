@@ -144,7 +144,7 @@ class ManagedProcess:
             succeeds=self.succeeds,
             secret=plan.secret,
             handler_timeout=plan.limits(self.spec).handler_timeout,
-            scope=scope_of(self.spec.name, plan.architecture.topics),
+            scope=scope_of(self.spec.name, plan.architecture.scopes),
         )
 
     def order(self, plan: HostPlan, revision: int, term: int) -> dict[str, object]:

@@ -119,7 +119,7 @@ class ComponentObserver(Component):
     @classmethod
     def check_architecture(cls, name: str, parameters: dict[str, Any], architecture: Architecture) -> None:
         """Find observed components and sensors' topics that are not there."""
-        scope = scope_of(name, architecture.topics)
+        scope = scope_of(name, architecture.scopes)
         problems = list(condition_problems(parameters["conditions"], scope, architecture))
         for component, location in _read(parameters["observed"]).items():
             problem = _component_problem(component_in_scope(scope, component), architecture)

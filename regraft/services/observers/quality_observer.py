@@ -118,7 +118,7 @@ class QualityObserver(Component):
     @classmethod
     def check_architecture(cls, name: str, parameters: dict[str, Any], architecture: Architecture) -> None:
         """Find names in expressions that are not there."""
-        scope = scope_of(name, architecture.topics)
+        scope = scope_of(name, architecture.scopes)
         problems = [
             (each.where, f"{each.place}{problem}")
             for each in _measured(parameters)

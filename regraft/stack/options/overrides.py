@@ -141,11 +141,11 @@ def _described_anew(
     description, wrong = describe_class(spec.cls, spec.parameters)
     if wrong or description == spec.description:  # the ports of wrong parameters are unknown: those before stay
         return spec, wrong
-    before = connections(spec, architecture.topics, {})
+    before = connections(spec, architecture, {})
     given = {
         port.name: spec.connections[port.name]
         for port in description.ports
         if port.name in spec.connections and spec.connections[port.name] != before.get(port.name, "")
     }
     spec = replace(spec, description=description)
-    return replace(spec, connections=connections(spec, architecture.topics, given)), wrong
+    return replace(spec, connections=connections(spec, architecture, given)), wrong

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from regraft.bus_schema.annotations import Connections, PlainValue
-from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.description import Description
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.robots.scopes import in_scope, scope_of, service_in_scope
@@ -68,34 +68,34 @@ def read_component(table: Section, name: str, refused: Collection[str] = ()) -> 
     )
 
 
-def read_connections(table: Section, spec: ComponentSpec, topics: Mapping[str, TopicSpec]) -> Connections:
+def read_connections(table: Section, spec: ComponentSpec, architecture: Architecture) -> Connections:
     """Return the topic of every port: the one that ``connect`` names, or the port's own.
 
     An optional input or output stays unconnected where the stack has no topic of its name, or names none.
     """
-    return connections(spec, topics, table.section(spec.name).optional_text_map("connect"))
+    return connections(spec, architecture, table.section(spec.name).optional_text_map("connect"))
 
 
-def connections(spec: ComponentSpec, topics: Mapping[str, TopicSpec], given: Mapping[str, str | None]) -> Connections:
-    """Return the topic of every port: the given one, or its own if it has to have one or the stack has that topic.
+def connections(spec: ComponentSpec, architecture: Architecture, given: Mapping[str, str | None]) -> Connections:
+    """Return the topic of every port: the given one, or its own if it has to have one or the system has that topic.
 
     A port that a parameter asks for has to have one: it was meant. Its own topic is one of the component's scope.
     """
-    scope = scope_of(spec.name, topics)
+    scope = scope_of(spec.name, architecture.scopes)
     ports = spec.description.ports if spec.description else ()
     own = {port.name: (in_scope(scope, port.topic), port.required or bool(port.origin)) for port in ports}
-    known = {*topics, *SYSTEM_TOPICS}
+    known = {*architecture.topics, *SYSTEM_TOPICS}
     return {**{port: topic for port, (topic, needed) in own.items() if needed or topic in known}, **given}
 
 
-def read_services(table: Section, spec: ComponentSpec, topics: Collection[str]) -> dict[str, str]:
+def read_services(table: Section, spec: ComponentSpec, architecture: Architecture) -> dict[str, str]:
     """Return the name under which every service is offered: the one that ``services`` has, or its own."""
-    return services(spec, topics, table.section(spec.name).text_map("services"))
+    return services(spec, architecture, table.section(spec.name).text_map("services"))
 
 
-def services(spec: ComponentSpec, topics: Collection[str], given: Mapping[str, str]) -> dict[str, str]:
+def services(spec: ComponentSpec, architecture: Architecture, given: Mapping[str, str]) -> dict[str, str]:
     """Return the name under which every service is offered: the given one, or its own in the component's scope."""
-    scope = scope_of(spec.name, topics)
+    scope = scope_of(spec.name, architecture.scopes)
     offered = spec.description.services if spec.description else ()
     return {service.name: service_in_scope(spec.name, scope, service.name) for service in offered} | dict(given)
 

@@ -28,7 +28,12 @@ TOPICS = {f"{robot}/scan": TopicSpec(f"{robot}/scan", "regraft/LaserScan") for r
 def executor(name: str, topics: dict[str, TopicSpec] = TOPICS) -> ComponentSpec:
     """Return an executor as a stack with these topics has it."""
     spec = ComponentSpec(name, class_path(Executor), description=describe(Executor))
-    return ComponentSpec(name, spec.cls, services=services(spec, topics, {}), description=spec.description)
+    return ComponentSpec(
+        name,
+        spec.cls,
+        services=services(spec, Architecture("site", 1, False, {}, topics), {}),
+        description=spec.description,
+    )
 
 
 @pytest.fixture

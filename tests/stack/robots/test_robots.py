@@ -8,6 +8,7 @@ import pytest
 
 from regraft.bus_schema.model.architecture import ConstraintKind
 from regraft.bus_schema.model.consistency import violations
+from regraft.bus_schema.model.robots.robot_view import robots_of
 from regraft.stack import load
 from tests.stack.reading.folders import ROBOT, SINGLE, TWO, at, rovers, told
 
@@ -148,6 +149,29 @@ def test_what_begins_with_a_slash_is_shared_by_all(tmp_path: Path) -> None:
 def test_robots_may_name_the_same_shared_topic(tmp_path: Path) -> None:
     architecture = load(rovers(tmp_path, robot=SHARED)).architecture
     assert architecture.topics["clock_like"].type == "regraft/Twist"
+
+
+HORNS = """\
+model: rover.xml
+topics: {/clock_like: regraft/Twist}
+components:
+  signals: {class: "tests.stack.parts:Signals"}
+constraints:
+  - {provided: [honk]}
+"""
+
+
+def test_a_robot_without_topics_of_its_own_has_names_of_its_own(tmp_path: Path) -> None:
+    architecture = load(
+        rovers(
+            tmp_path, TWO.replace(", parameters: {speed: 0.1}, devices: {lidar: {parameters: {beams: 30}}}", ""), HORNS
+        )
+    ).architecture
+    for robot in ("left", "right"):
+        assert architecture.components[f"{robot}.signals"].services == {"honk": f"{robot}/honk"}
+    assert [constraint.services for constraint in architecture.constraints] == [("left/honk",), ("right/honk",)]
+    assert robots_of(architecture.components, architecture.scopes) == {"left", "right"}
+    assert violations(architecture) == ()
 
 
 def test_a_robot_may_include_another_and_a_stack_may_change_the_robots_of_its_base(tmp_path: Path) -> None:

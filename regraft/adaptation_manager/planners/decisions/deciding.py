@@ -97,7 +97,7 @@ class DecidingPlanner(Component):
     @classmethod
     def check_architecture(cls, name: str, parameters: dict[str, Any], architecture: Architecture) -> None:
         """Find what of the decisions cannot be in the stack, by the files' own lines."""
-        scope = scope_of(name, architecture.topics)
+        scope = scope_of(name, architecture.scopes)
         estimates = estimates_in(architecture, scope)
         wrong: list[tuple[str, str]] = []
         for decision in decisions_at(parameters["decisions"]).values():

@@ -98,7 +98,7 @@ class Metacontroller(Component):
         """Find what is wrong with the skills in the stack, by the lines of their file."""
         if not any(ADAPT in offered_services(spec).values() for spec in architecture.components.values()):
             raise ValueError(NO_MANAGER)
-        scope = scope_of(name, architecture.topics)
+        scope = scope_of(name, architecture.scopes)
         wrong = problems_in(parameters["skills"], parameters["knowledge"], architecture, scope)
         if wrong:
             raise ParameterError(wrong)

@@ -8,7 +8,7 @@ amount of any other name, such as ``power`` or ``accelerator_area``, is there on
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from regraft.bus_schema.model.adaptation import Violation
@@ -42,14 +42,14 @@ def is_configured(spec: ComponentSpec) -> bool:
     return spec.state not in (State.UNCONFIGURED, State.FINALIZED)
 
 
-def devices(spec: ComponentSpec, rules: HostRules, topics: Iterable[str]) -> tuple[str, ...]:
-    """Return the devices that a component is to hold of its host, by name, in a system with these topics.
+def devices(spec: ComponentSpec, rules: HostRules, scopes: Collection[str]) -> tuple[str, ...]:
+    """Return the devices that a component is to hold of its host, by name, in a system with these scopes.
 
     A component of one robot among several holds the robot's own, such as ``rescuer/dock``, where its host has that.
     """
     if spec.description is None or not is_configured(spec):
         return ()
-    scope = scope_of(spec.name, topics)
+    scope = scope_of(spec.name, scopes)
     own = {device: f"{scope}/{device}" if scope else device for device in spec.description.resources.devices}
     return tuple(sorted({own[device] if own[device] in rules.devices else device for device in own}))
 
@@ -135,8 +135,9 @@ def _missing(architecture: Architecture, load: Load, amount: str) -> Iterator[Vi
 
 def _devices(architecture: Architecture, specs: Iterable[tuple[str, ComponentSpec]]) -> Iterator[Violation]:
     held: dict[tuple[str, str], list[str]] = defaultdict(list)
+    scopes = architecture.scopes
     for name, spec in specs:
-        for device in devices(spec, architecture.rules(spec.host), architecture.topics):
+        for device in devices(spec, architecture.rules(spec.host), scopes):
             held[spec.host, device].append(name)
     for (host, device), holders in sorted(held.items()):
         there = architecture.rules(host).devices
@@ -156,7 +157,7 @@ def _devices(architecture: Architecture, specs: Iterable[tuple[str, ComponentSpe
 
 
 def _alone(architecture: Architecture, name: str, host: str, device: str) -> str:
-    scope = scope_of(name, architecture.topics)
+    scope = scope_of(name, architecture.scopes)
     shared = scope and not device.startswith(f"{scope}/")
     return f", or name {scope}/{device} under hosts.{host}.devices" if shared else ""
 

@@ -80,7 +80,8 @@ def _lacking(architecture: Architecture, host: str, rules: HostRules) -> Iterato
     for name, limit, total in load.excess(rules):
         needed = f"its components need {total:g} ({load.most(name)})"
         yield f"offer.{name}: host {host!r} offers {limit:g} {measured_in(name)}, but {needed}: offer {name}={total:g}"
+    scopes = architecture.scopes
     for name, spec in placed.items():
-        for device in devices(spec, rules, architecture.topics):
+        for device in devices(spec, rules, scopes):
             if device not in rules.devices:
                 yield f"offer.{device}: {name} on host {host!r} needs this device: offer it"

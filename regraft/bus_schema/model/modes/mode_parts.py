@@ -33,13 +33,13 @@ def part_of(mode: str) -> str:
     return ".".join(filter(None, (*scope.split("/"), owner)))
 
 
-def kind_of(part: str, components: Collection[str], topics: Collection[str]) -> PartKind:
+def kind_of(part: str, components: Collection[str], scopes: Collection[str]) -> PartKind:
     """Return what a part is."""
     if part == SYSTEM:
         return PartKind.SYSTEM
     if part in components:
         return PartKind.COMPONENT
-    is_robot = any(scope_of(name, topics) == part for name in components)
+    is_robot = any(scope_of(name, scopes) == part for name in components)
     return PartKind.ROBOT if is_robot else PartKind.SUBSYSTEM
 
 

@@ -45,10 +45,10 @@ class MissionExecutor:
         return self.services.get(name, name)
 
 
-def executors(components: Mapping[str, ComponentSpec], topics: Collection[str]) -> tuple[MissionExecutor, ...]:
+def executors(components: Mapping[str, ComponentSpec], scopes: Collection[str]) -> tuple[MissionExecutor, ...]:
     """Return all components that run missions, by name."""
     return tuple(
-        _executor(name, components[name], scope_of(name, topics))
+        _executor(name, components[name], scope_of(name, scopes))
         for name in sorted(components)
         if STATUS in offered_services(components[name])
     )

@@ -49,16 +49,20 @@ class RobotView:
 ALL = RobotView("")
 
 
-def robots_of(components: Mapping[str, ComponentSpec], topics: Collection[str]) -> frozenset[str]:
+def robots_of(components: Mapping[str, ComponentSpec], scopes: Collection[str]) -> frozenset[str]:
     """Return the robots among several of a system: those with components, and those that its world simulates.
 
     >>> world = ComponentSpec("world", parameters={ROBOTS: [{"name": "left"}, {"name": "buoy"}]})
-    >>> sorted(robots_of({"left.eye": ComponentSpec("left.eye"), "world": world}, ["left/scan", "buoy/light"]))
+    >>> sorted(robots_of({"left.eye": ComponentSpec("left.eye"), "world": world}, {"left"}))
     ['buoy', 'left']
     """
-    with_components = (scope_of(name, topics) for name in components)
-    simulated = (name for spec in components.values() for name in _simulated(spec.parameters.get(ROBOTS)))
-    return frozenset(filter(None, (*with_components, *simulated)))
+    with_components = (scope_of(name, scopes) for name in components)
+    return frozenset(filter(None, (*with_components, *simulated_robots(components))))
+
+
+def simulated_robots(components: Mapping[str, ComponentSpec]) -> tuple[str, ...]:
+    """Return the names of the robots that the worlds among components simulate; it is empty for a single robot."""
+    return tuple(name for spec in components.values() for name in _simulated(spec.parameters.get(ROBOTS)))
 
 
 def _simulated(robots: PlainValue) -> Iterator[str]:
@@ -68,11 +72,11 @@ def _simulated(robots: PlainValue) -> Iterator[str]:
             yield name
 
 
-def robot_view(robot: str, components: Mapping[str, ComponentSpec], topics: Collection[str]) -> RobotView:
+def robot_view(robot: str, components: Mapping[str, ComponentSpec], scopes: Collection[str]) -> RobotView:
     """Return the view of a robot; raises NoSuchRobot, which names the robots that there are."""
     if not robot:
         return ALL
-    known = robots_of(components, topics)
+    known = robots_of(components, scopes)
     if robot not in known:
         raise NoSuchRobot(no_such("robot", robot, known))
-    return RobotView(robot, frozenset(name for name in components if scope_of(name, topics) == robot))
+    return RobotView(robot, frozenset(name for name in components if scope_of(name, scopes) == robot))

@@ -1,12 +1,12 @@
 """Scopes: one robot's names among those of several in one system.
 
-The component ``rescuer.navigator`` is in the scope ``rescuer``. Topics and services that it names begin with
+If ``rescuer`` is a scope, the component ``rescuer.navigator`` is in it. Topics and services that it names begin with
 ``rescuer/``, also those that it calls. A leading ``/`` names what all robots share.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection
 
 from regraft.bus_schema.model.system_topics import SYSTEM_TOPICS
 
@@ -16,18 +16,14 @@ OWN_NAME = "{name}"
 """In the name that a class gives a service: the component's own name, without its scope."""
 
 
-def scope_of(component: str, topics: Iterable[str]) -> str:
-    """Return the scope of a component, empty for none.
+def scope_of(component: str, scopes: Collection[str]) -> str:
+    """Return the scope of a component, empty for none: the part of its name before the dot, if that is a scope.
 
-    The part of its name before the dot is one if the system has topics of it.
-
-    >>> scope_of("rescuer.navigator", ["map", "rescuer/scan"])
-    'rescuer'
-    >>> scope_of("rescuer.navigator", ["map", "scan"])
-    ''
+    >>> scope_of("rescuer.navigator", {"rescuer"}), scope_of("rescuer.navigator", {"scout"})
+    ('rescuer', '')
     """
     scope = component.rpartition(".")[0]
-    return scope if scope and any(topic.startswith(f"{scope}/") for topic in topics) else ""
+    return scope if scope in scopes else ""
 
 
 def in_scope(scope: str, name: str) -> str:

@@ -33,7 +33,7 @@ def give_command(ctx: typer.Context, robot: str, system: str | None, command: Mi
 def executor_in(there: Reached, robot: str) -> MissionExecutor:
     """Return the executor that is meant; raises BadInput, Unreachable."""
     try:
-        found = executor_of(executors(there.known.components, there.known.topics), robot)
+        found = executor_of(executors(there.known.components, there.known.scopes), robot)
     except NoSuchExecutor as error:
         raise BadInput(str(error)) from None
     except WhichExecutor as error:

@@ -81,7 +81,7 @@ def _executors(stack: Path) -> Sequence[ComponentSpec]:
     found = load(stack_file(stack), complain)
     look_in(found.folder)
     components = found.architecture.components
-    running = executors(components, found.architecture.topics)
+    running = executors(components, found.architecture.scopes)
     if not running:
         raise BadInput(f"--stack {stack}: no component runs missions: name a stack with a mission executor")
     return [components[executor.component] for executor in running]

@@ -161,7 +161,8 @@ def _checked(file: Path, stack: Path | None = None, robot: str = "") -> CheckedS
     from regraft.stack.installed import stack_file
 
     architecture = load(stack_file(stack), complain).architecture
-    known = {scope_of(name, architecture.topics) for name in architecture.components} - {""}
+    scopes = architecture.scopes
+    known = {scope_of(name, scopes) for name in architecture.components} - {""}
     if robot and robot not in known:
         raise BadInput(f"--robot {robot}: {no_such('robot', robot, known)}")
     return checked_skills(file, architecture, robot)
