@@ -8,7 +8,7 @@ import importlib.util
 import os
 import pkgutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterable
 from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
@@ -112,18 +112,35 @@ def hidden_file(name: str) -> str:
     return _hiding(name.partition(".")[0], name)
 
 
+def hidden_in(folder: Path, name: str, others: Collection[Path]) -> str:
+    """Report that a module of one of ``others`` hides that of a folder; empty if none does. Nothing is imported."""
+    package = name.partition(".")[0]
+    try:
+        spec = importlib.util.find_spec(package)
+    except (ImportError, ValueError):
+        return ""
+    known = [*(spec.submodule_search_locations or (spec.origin,))] if spec is not None else []
+    among = {Path(place).resolve().parent for place in known if place} & {other.resolve() for other in others}
+    return _hides(package, _other_file(known, name, (folder,)) if among else None)
+
+
 def _hiding(package: str, name: str) -> str:
     found = sys.modules.get(package)
-    file = _other_file(found, name) if found is not None and name else None
+    if found is None or not name:
+        return ""
+    known = [getattr(found, "__file__", None), *getattr(found, "__path__", ())]
+    return _hides(package, _other_file(known, name, map(Path, dict.fromkeys(place or "." for place in sys.path))))
+
+
+def _hides(package: str, file: Path | None) -> str:
     of = "of the standard library " if package in sys.stdlib_module_names else ""
     return f"the module {package!r} {of}hides {file}: rename that" if file else ""
 
 
-def _other_file(found: ModuleType, name: str) -> Path | None:
-    """Return the first file on the path that a module's name represents, and that is not of the package ``found``."""
-    known = [getattr(found, "__file__", None), *getattr(found, "__path__", ())]
+def _other_file(known: Iterable[str | None], name: str, folders: Iterable[Path]) -> Path | None:
+    """Return the first file of folders that a module's name represents, and that is not at a ``known`` place."""
     places = {Path(place).resolve() for place in known if place}
-    for folder in map(Path, dict.fromkeys(place or "." for place in sys.path)):
+    for folder in folders:
         module = folder.joinpath(*name.split("."))
         for file in (module.with_suffix(".py"), module / "__init__.py"):
             if os.path.isfile(file) and not places & {file.resolve(), *file.resolve().parents}:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
+from pathlib import Path
 
+from regraft.process.modules import hidden_in
 from regraft.process.trial.trial_import import Notice, try_imports
 from regraft.stack.classes import device_classes
 from regraft.stack.sections.hosts import FIRST
@@ -11,8 +13,10 @@ from regraft.stack.yaml.nodes import Location, Node, plain
 from regraft.stack.yaml.section import Section
 
 
-def try_modules(root: Section, notice: Notice) -> frozenset[str]:
-    """Note why modules cannot be imported; return those, which nothing may import any more.
+def try_modules(root: Section, folders: Collection[Path], notice: Notice) -> frozenset[str]:
+    """Note why modules cannot be imported, or are hidden; return those, which nothing may import any more.
+
+    A module in the folder of the file that names it is hidden by that of another of the stack's ``folders``.
 
     Raises:
         StackError: the import of one has not ended; the others may wait for the same, and are not tried.
@@ -22,13 +26,15 @@ def try_modules(root: Section, notice: Notice) -> frozenset[str]:
         # Several components take the same robots, whose devices are named once.
         named.setdefault((root.report.location_of(place), module), (place, path))
     tried = try_imports((module for _, module in named), notice)
-    for (_, module), (place, path) in named.items():
-        if module in tried.problems:
-            problem = tried.problems[module]
+    refused: set[str] = set()
+    for (location, module), (place, path) in named.items():
+        problem = tried.problems.get(module) or (hidden_in(location.folder, module, folders) if path else "")
+        if problem:
             root.report.add(place, f"{path!r}: {problem}" if path else problem)
+            refused.add(module)
     if tried.untried:
         root.report.raise_if_any()
-    return frozenset(tried.problems)
+    return frozenset(refused)
 
 
 def _named(root: Section) -> Iterator[tuple[str, str, str]]:

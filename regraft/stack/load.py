@@ -73,7 +73,7 @@ def load(file: Path | str, notice: Notice = lambda _: None) -> Stack:
     root.only(*FIELDS, *ASSEMBLED)
     for folder in assembly.folders:
         look_in(folder)
-    refused = try_modules(root, notice)
+    refused = try_modules(root, assembly.folders, notice)
     imports = _imports(root, refused)
     document = with_robot_data(assembly.document, assembly.robots, report, refused)
     report.locations = locations_of(document)

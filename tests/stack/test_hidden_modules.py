@@ -8,11 +8,29 @@ from pathlib import Path
 import pytest
 
 from regraft.process.main import NoSuchClass, load_class
+from regraft.stack import load
 from regraft.stack.classes import look_in
 from tests.stack.reading.files import problems
+from tests.stack.reading.folders import rovers, told
 
 COMPONENT = "from regraft import Component\n\n\nclass Siren(Component):\n    'Howls.'\n"
 STACK = "system: tests\nimports: [{imported}]\ncomponents:\n  siren: {{class: '{path}'}}\n"
+ROBOTS = """\
+system: two
+clock: simulated
+world: room.xml
+robots: {l: {robot: left}, q: {robot: right}}
+components:
+  world: {class: "tests.stack.parts:Fleet", parameters: {file: $world, robots: $robots}}
+"""
+COMPONENTS = """\
+model: ../rover/rover.xml
+components: {{siren: {{class: "{0}:Siren"}}}}
+"""
+DEVICES = """\
+model: ../rover/rover.xml
+devices: {{siren: {{class: "{0}:Siren"}}}}
+"""
 
 
 @pytest.fixture
@@ -82,3 +100,24 @@ def test_where_nothing_is_hidden_nothing_is_said_of_it(folder: Path) -> None:
     with pytest.raises(NoSuchClass) as refused:
         load_class("types:Siren")
     assert "hides" not in str(refused.value)
+
+
+@pytest.mark.parametrize("component", [True, False])
+def test_a_robots_module_that_another_robots_hides(tmp_path: Path, *, component: bool) -> None:
+    name = f"turner_of_{'component' if component else 'device'}"
+    for robot in ("left", "right"):
+        (tmp_path / robot).mkdir()
+        (tmp_path / robot / f"{name}.py").write_text(COMPONENT.replace("Howls.", robot))
+    robot = COMPONENTS if component else DEVICES
+    path = rovers(tmp_path, ROBOTS, left_robot=robot.format(name), right_robot=robot.format(name))
+    (line,) = told(path)
+    assert line.startswith("right/robot.yaml:2: components.")
+    assert line.endswith(f"the module {name!r} hides right/{name}.py: rename that")
+
+
+def test_two_robots_of_one_folder_share_its_module(tmp_path: Path) -> None:
+    (tmp_path / "left").mkdir()
+    (tmp_path / "left" / "turner_of_both.py").write_text(COMPONENT)
+    stack = ROBOTS.replace("right}", "left}")
+    path = rovers(tmp_path, stack, left_robot=COMPONENTS.format("turner_of_both"))
+    assert {"l.siren", "q.siren"} <= set(load(path).architecture.components)
