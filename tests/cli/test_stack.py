@@ -84,7 +84,9 @@ def test_what_is_shown_has_rules_of_modes_files_and_modes_that_enter_others(regr
 def test_what_is_shown_of_robots_is_a_stack_file_of_the_same_system(regraft: Regraft, tmp_path: Path) -> None:
     file = rovers(tmp_path)
     values = "{a: $$x, b: 'no: \"1\"', c: '12', d: \"\\x07\", e: [1e3, -2]}"
-    odd = f"  odd: {{command: [x], managed: false, parameters: {values}}}\n"
+    odd = f"  odd: {{command: [x, '', $$x], managed: false, parameters: {values}}}\n"
+    lamp = "components:\n  lamp: {command: [lamp, $robot, $beams, $speed], managed: false}\n"
+    (tmp_path / "rover" / "robot.yaml").write_text(ROBOT.replace("components:\n", lamp))
     file.write_text(f"{TWO}{odd}hosts: [edge]\nspeed: max\n")
     shown = regraft("stack", "show", str(file), "--place", "left.eyes=arm")
     (tmp_path / "elsewhere").mkdir()

@@ -90,6 +90,8 @@ def _component(node: Node, spec: ComponentSpec, speed: Node | None) -> Node:
     for key, values in fields:
         if values or key in parts:
             parts[key] = _like(values, parts.get(key, Node({}, usual)), usual)
+    if "command" in parts:
+        parts["command"] = _like(spec.command, parts["command"], usual)
     if speed is not None and "speed" in spec.parameters and not has_own:
         whole = parts["parameters"]
         assert isinstance(whole.value, dict)

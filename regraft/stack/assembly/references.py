@@ -75,7 +75,7 @@ class References:
             return node
         value = self.known[name]
         self._grow(size_of(value), node.location)
-        return value if value.location is not NOWHERE else Node(value.value, node.location)
+        return Node(value.value, node.location if value.location is NOWHERE else value.location, referred=True)
 
     def _grow(self, size: int, location: Location) -> None:
         self._size += size

@@ -57,7 +57,7 @@ def read_component(table: Section, name: str, refused: Collection[str] = ()) -> 
     return ComponentSpec(
         name=name,
         cls=section.text("class") if "command" not in section else "",
-        command=section.texts("command"),
+        command=section.command("command"),
         host=section.text("host", "local"),
         parameters=with_absolute_paths(description, parameters, folders) if description else parameters,
         state=section.choice("state", WANTED_STATES, State.ACTIVE),

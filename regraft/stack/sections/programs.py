@@ -16,7 +16,7 @@ def read_program(section: Section) -> Description | None:
     Each stated port has the topic of its name by default. Each stated input must be fed.
     A parameter has the type of its value. An unmanaged program without ports has no description.
     """
-    if not section.texts("command"):
+    if not section.command("command"):
         section.wrong("command", "must name a program and its arguments, such as [python, -m, recorder]")
     ports = (*_ports(section, "inputs", "input"), *_ports(section, "outputs", "output"))
     names = [port.name for port in ports]

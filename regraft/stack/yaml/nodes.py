@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
@@ -59,10 +59,11 @@ NOWHERE = Location("")
 
 @dataclass(frozen=True, slots=True)
 class Node:
-    """A scalar, a list or a map, and the place of it, or of its key."""
+    """A scalar, a list or a map, and the place of it, or of its key; ``referred`` if a reference stood there."""
 
     value: Scalar | tuple[Node, ...] | dict[str, Node]
     location: Location = NOWHERE
+    referred: bool = field(default=False, compare=False)
 
     @property
     def kind(self) -> str:

@@ -148,6 +148,21 @@ class Section:
         items = Section(Node({str(i): part for i, part in enumerate(node.value)}), self.at(key), self.report)
         return tuple(filter(None, (items.text(item) for item in items.names())))
 
+    def command(self, key: str) -> tuple[str, ...]:
+        """Return a program and its arguments, which may be empty; a number that a reference has stands as a text."""
+        node = self._parts.get(key)
+        if node is None or not isinstance(node.value, tuple):
+            return self.texts(key)
+        items = Section(Node({str(i): part for i, part in enumerate(node.value)}), self.at(key), self.report)
+        return tuple(items._argument(item) for item in items.names())
+
+    def _argument(self, item: str) -> str:
+        part = self._parts[item]
+        is_number = isinstance(part.value, int | float) and not isinstance(part.value, bool)
+        if part.referred and is_number:
+            return str(part.value)
+        return "" if part.value == "" and item != "0" else self.text(item)
+
     def distinct(self, key: str) -> tuple[str, ...]:
         """Return a list of texts of which none is given twice, empty by default."""
         found = self.texts(key)

@@ -108,3 +108,19 @@ def test_references_are_bounded_in_depth(tmp_path: Path) -> None:
     chain = ", ".join(f"p{n}: [$p{n + 1}]" for n in range(60))
     robot = ROBOT.replace("beams: 90", f"beams: $p0, {chain}, p60: 1")
     assert "refers on and on" in told(rovers(tmp_path, SINGLE, robot))[0]
+
+
+def test_an_argument_of_a_program_may_be_a_number_that_a_reference_has_or_nothing(tmp_path: Path) -> None:
+    wheels = 'components:\n  wheels: {command: [wheels, $robot, "", --beams, $beams, $speed]}\n'
+    robot = ROBOT.replace("components:\n", wheels)
+    single = load(rovers(tmp_path, SINGLE, robot)).architecture
+    assert single.components["wheels"].command == ("wheels", "", "", "--beams", "90", "0.2")
+    two = load(rovers(tmp_path, TWO, robot)).architecture
+    assert two.components["right.wheels"].command == ("wheels", "right", "", "--beams", "90", "0.1")
+
+
+def test_a_number_that_is_written_as_an_argument_of_a_program_stands_in_quotes(tmp_path: Path) -> None:
+    (line,) = told(rovers(tmp_path, TWO + "  wheels: {command: [wheels, 0644]}\n"))
+    assert line.endswith("components.wheels.command.1: must be a text, is a number: put it in quotes, '644'")
+    (line,) = told(rovers(tmp_path, TWO + "  wheels: {command: ['']}\n"))
+    assert line.endswith("components.wheels.command.0: must be a text, is empty")
