@@ -89,6 +89,6 @@ def _with_added(architecture: Architecture, change: Add, describe: Describe) -> 
         replace(
             spec,
             connections=connections(spec, architecture, spec.connections),
-            services=services(spec, architecture, spec.services),
+            services=services(spec, architecture, change.spec.services),
         )
     )

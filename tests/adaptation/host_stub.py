@@ -31,8 +31,8 @@ from regraft.bus_schema.messages.protocol.host import (
 )
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.estimation.calling import call
-from regraft.host.zygote.describe_process import Surroundings, describe_component
 from regraft.host.zygote.estimate_process import estimates
+from regraft.stack.describing import Surroundings, describe_component
 
 
 class HostStub:

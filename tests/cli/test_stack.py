@@ -12,6 +12,8 @@ from regraft.stack import load
 from tests.cli.conftest import Regraft
 from tests.stack.reading.files import GOOD, line_of, write
 from tests.stack.reading.folders import ROBOT, TWO, rovers
+from tests.stack.robots.test_robot_data import ROBOT as DATA_OF_ROVER
+from tests.stack.robots.test_robot_data import SINGLE as OF_ROVER
 from tests.support.paths import ROOT
 
 STACKS = ROOT / "regraft" / "stacks"
@@ -96,6 +98,22 @@ def test_what_is_shown_of_robots_is_a_stack_file_of_the_same_system(regraft: Reg
     meant.components.pop("left.eyes")
     assert (found.components, found.topics, found.modes) == (meant.components, meant.topics, meant.modes)
     assert found.hosts == ("local", "edge", "arm")
+
+
+def test_what_is_shown_of_a_robot_has_its_data_in_what_modes_add_and_swap(regraft: Regraft, tmp_path: Path) -> None:
+    pursuit = "class: 'regraft.services.navigator.pursuit_navigator:PursuitNavigator', parameters: {max_velocity: 0.4}"
+    added = f"{{change: add, component: spare, spec: {{{pursuit}}}}}"
+    swapped = "{change: swap, component: navigator, class: 'regraft.services.explorer.explorer:Explorer'}"
+    modes = f"modes:\n  quick: [{added}]\n  still: [{swapped}]\n"
+    file = rovers(tmp_path, f"{OF_ROVER}{modes}", DATA_OF_ROVER)
+    shown = regraft("stack", "show", str(file))
+    (tmp_path / "shown.yaml").write_text(shown.output)
+    modes_shown = load(tmp_path / "shown.yaml").architecture.modes
+    assert modes_shown["quick"][0]["spec"]["parameters"] == {
+        **load(file).architecture.components["navigator"].parameters,
+        "max_velocity": 0.4,
+    }
+    assert modes_shown["still"][0]["parameters"] == {"range_max": 8.0}
 
 
 def test_each_value_is_shown_with_where_it_comes_from(regraft: Regraft, tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, ClassVar
 
 from regraft import Component, Input, Output, Parameter, Quality
@@ -47,6 +48,21 @@ class Filter(Component):
         """Return the share of what feeds it."""
         flow = inputs["taken"].get("flow")
         return {} if flow is None else {"flow": parameters["share"] * flow}
+
+
+class Round(Component):
+    """Has its robot's size, and knows whether its file is there."""
+
+    made = Output(Twist)
+    largest = Parameter(0.22, read_only=True, from_robot="radius")
+    radius = Parameter(0.22, limit="largest", from_robot="radius")
+    file = Parameter("", unit="path", exists=True)
+    size = Quality(unit="m", better="lower")
+
+    @classmethod
+    def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
+        """Return the radius, by 10 m more with a file."""
+        return {"size": parameters["radius"] + 10.0 * Path(parameters["file"] or "nothing").is_file()}
 
 
 class Raising(Source):

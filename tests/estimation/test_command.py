@@ -164,3 +164,22 @@ def test_frog_s_detector_is_estimated_at_the_rate_of_its_camera() -> None:
         ]
         == 1.0
     )
+
+
+def test_what_is_added_is_of_the_stacks_robot_and_in_its_folder(tmp_path: Path) -> None:
+    (tmp_path / "rover.xml").write_text("<mujoco/>")
+    (tmp_path / "robot.yaml").write_text("model: rover.xml\nparameters: {radius: 0.3}\n")
+    stack = tmp_path / "stack.yaml"
+    stack.write_text(
+        "system: one\nworld: rover.xml\nrobot: robot.yaml\ntopics: {a: regraft/Twist}\n"
+        "components: {first: {class: 'tests.estimation.parts:Round', connect: {made: a}}}\n"
+    )
+    added = "{{change: add, component: more, spec: {{class: 'tests.estimation.parts:Round', parameters: {}}}}}"
+
+    def sizes(parameters: str) -> dict[str, float | None]:
+        return after(str(stack), added.format(parameters))
+
+    assert sizes("{}") == {"first.size": 0.3, "more.size": 0.3}
+    assert sizes("{file: $world}")["more.size"] == sizes("{file: rover.xml}")["more.size"] == 10.3
+    refused = estimate("--stack", str(stack), "--change", added.format("{radius: 0.4}"))
+    assert "more.radius = 0.4: must be at most 0.3" in refused.stderr

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from regraft.bus_schema.annotations import PlainValue
@@ -26,9 +27,10 @@ from regraft.estimation.changes import CannotChange, changed
 from regraft.estimation.estimation import Estimation
 from regraft.process.main import NoSuchClass
 from regraft.process.trial.trial_import import check_classes
-from regraft.stack import load
-from regraft.stack.classes import describe_class
+from regraft.stack import Stack, load
+from regraft.stack.describing import Surroundings, describe_component
 from regraft.stack.installed import stack_file
+from regraft.stack.relative_paths import RUN_FOLDER
 
 CLASS, STATE = "class", "state"
 
@@ -46,8 +48,9 @@ def estimate_stack(
     file: str, component: str, changes: Sequence[str], context: Mapping[str, PlainValue], *, as_json: bool
 ) -> None:
     """Show the predicted qualities of a stack, or one of its components, and those after changes; raises BadInput."""
-    before = load(stack_file(Path(file)), complain).architecture
-    after = _after(before, changes)
+    stack = load(stack_file(Path(file)), complain)
+    before = stack.architecture
+    after = _after(stack, changes)
     if component:
         named("component", component, before.components | after.components)
     now = Estimation(before.components, context)
@@ -88,19 +91,21 @@ def _lines(before: Architecture, after: Architecture, now: Estimation, then: Est
     ]
 
 
-def _after(before: Architecture, texts: Sequence[str]) -> Architecture:
+def _after(stack: Stack, texts: Sequence[str]) -> Architecture:
+    before = stack.architecture
+    described = partial(_described, Surroundings(stack.folder, RUN_FOLDER, stack.references))
     meant: list[Change] = []
     for text in texts:
         meant += _with_modes(_change(text, before), before, meant)
     known = Topology(dict(before.components), {}, before.topics, frozenset(before.hosts), before.modes)
     problems = [
         f"--change {texts[index] if len(meant) == len(texts) else index}: {why}"
-        for index, why in mistakes(meant, known, _described)
+        for index, why in mistakes(meant, known, described)
     ]
     if problems:
         raise BadInput("\n".join(problems))
     try:
-        after = changed(before, meant, lambda spec: _described(spec).spec)
+        after = changed(before, meant, lambda spec: described(spec).spec)
     except CannotChange as error:
         raise BadInput(f"--change: {error}") from None
     known_before = set(violations(before))
@@ -167,17 +172,15 @@ def _transition(text: str, spec: ComponentSpec, given: str) -> Transition:
     return way[0]
 
 
-def _described(spec: ComponentSpec) -> DescribedComponent:
-    """Return a spec with its class's description, as a host would."""
+def _described(surroundings: Surroundings, spec: ComponentSpec) -> DescribedComponent:
+    """Return a spec completed by its class, as a host would."""
     if not spec.cls:
         return DescribedComponent(spec)
     try:
         check_classes([spec.cls], complain)
-        description, problems = describe_class(spec.cls, spec.parameters)
     except NoSuchClass as error:
         return DescribedComponent(spec, (Violation(None, spec.name, "class", str(error)),))
-    found = tuple(Violation(None, spec.name, f"parameters.{place}", why) for place, why in problems)
-    return DescribedComponent(replace(spec, description=description), found)
+    return describe_component(spec, surroundings)
 
 
 def _shown(figure: Figure, unit: str) -> str:

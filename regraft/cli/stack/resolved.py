@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from regraft.bus_schema.annotations import PlainValue
-from regraft.bus_schema.model.adaptation import EnterMode
-from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.bus_schema.model.adaptation import Add, EnterMode, Swap
+from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.mode_rules import ModeRule
 from regraft.bus_schema.model.modes.mode_deciders import deciders
+from regraft.stack.classes import taken_values
 from regraft.stack.stack import Stack
 from regraft.stack.yaml.nodes import Location, Node
 
@@ -31,7 +32,7 @@ def resolved(stack: Stack) -> Node:
         parts["components"] = Node(whole, components.location)
     modes = parts.get("modes")
     if modes is not None:
-        parts["modes"] = _like(_folded(stack.architecture), modes, modes.location)
+        parts["modes"] = _like(_folded(stack), modes, modes.location)
         rules = {rule.name: _rule(rule) for rule in stack.architecture.mode_rules}
         if rules and deciders(
             stack.architecture.components.values()
@@ -41,8 +42,12 @@ def resolved(stack: Stack) -> Node:
     return Node(parts, document.location)
 
 
-def _folded(architecture: Architecture) -> dict[str, PlainValue]:
-    """Return the changes of each mode, in which modes that it enters stand for their changes."""
+def _folded(stack: Stack) -> dict[str, PlainValue]:
+    """Return the changes of each mode, in which modes that it enters stand for their changes.
+
+    What classes take from a robot is in the changes that bring them: the document has no robots.
+    """
+    architecture = stack.architecture
     modes: dict[str, list[PlainValue]] = {name: list(_items(each)) for name, each in architecture.modes.items()}
     found: dict[str, PlainValue] = {}
     for name, changes in modes.items():
@@ -53,10 +58,26 @@ def _folded(architecture: Architecture) -> dict[str, PlainValue]:
                 folded.append({"change": EnterMode.change, "mode": left.pop(0)})
                 changes = changes[len(inner) :]
             else:
-                folded.append(changes[0])
+                folded.append(_of_robot(changes[0], stack))
                 changes = changes[1:]
         found[name] = folded
     return found
+
+
+def _of_robot(change: PlainValue, stack: Stack) -> PlainValue:
+    """Return a change with the parameters that the class which it brings takes from its component's robot."""
+    name = change.get("component", "")
+    old = stack.architecture.components.get(name)
+    if change["change"] == Add.change:
+        spec = change["spec"]
+        taken = taken_values(name, spec.get("class", ""), stack.references)
+        return {**change, "spec": {**spec, "parameters": taken | spec.get("parameters", {})}} if taken else change
+    if change["change"] != Swap.change or old is None:
+        return change
+    # A successor keeps what the component has by then.
+    brought = taken_values(name, change.get("class", ""), stack.references)
+    taken = {key: value for key, value in brought.items() if key not in old.parameters}
+    return {**change, "parameters": taken | change.get("parameters", {})} if taken else change
 
 
 def _items(value: PlainValue) -> list[PlainValue]:

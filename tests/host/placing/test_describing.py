@@ -15,9 +15,10 @@ from regraft.bus_schema.messages.protocol.control import ControlError
 from regraft.bus_schema.messages.protocol.host import DescribeComponent, DescribedComponent
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.host.plan import HostPlan
-from regraft.host.zygote.describe_process import Surroundings, be_describer, describe_component
+from regraft.host.zygote.describe_process import be_describer
 from regraft.host.zygote.describer import DESCRIBED_TIMEOUT, MAX_AT_ONCE, Describer
 from regraft.host.zygote.zygote import Zygote
+from regraft.stack.describing import Surroundings, describe_component
 
 CAMERA = "regraft.sim_service.camera_component:Camera"
 
