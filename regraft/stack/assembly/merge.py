@@ -1,15 +1,19 @@
 """Merges a document over another: maps are merged, lists and scalars replaced, and ``null`` removes.
 
-In ``connect`` of a component ``null`` is a value: the port is connected to no topic.
+A file of modes stays beside modes that are maps. In ``connect`` of a component ``null`` is a value: the port is
+connected to no topic.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from regraft.bus_schema.model.robots.scopes import SHARED
 from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.yaml.nodes import Node
 from regraft.stack.yaml.problems import Report
+
+MODES = "modes"
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +49,9 @@ class _Merge:
 
     def merged(self, base: Node, over: Node, path: tuple[str, ...]) -> Node:
         if _is_entry(path) and path[0] == "topics":
-            base, over = _long(base), _long(over)
+            base, over = _long(base, "type"), _long(over, "type")
+        if path == (MODES,) and dict in (type(base.value), type(over.value)):
+            base, over = _long(base, SHARED), _long(over, SHARED)
         if not isinstance(base.value, dict) or not isinstance(over.value, dict):
             return over
         parts = dict(base.value)
@@ -90,6 +96,6 @@ def _is_connection(path: tuple[str, ...]) -> bool:
     return len(path) == 4 and path[0] == "components" and path[2] == "connect"
 
 
-def _long(topic: Node) -> Node:
-    """Return a topic that is given by its type alone as a map."""
-    return Node({"type": topic}, topic.location) if isinstance(topic.value, str) else topic
+def _long(short: Node, field: str) -> Node:
+    """Return a topic that is given by its type alone, or modes that are by their file, as a map."""
+    return Node({field: short}, short.location) if isinstance(short.value, str) else short

@@ -40,11 +40,12 @@ def scoped_entries(scope: str, fields: Mapping[str, Node]) -> Iterator[Entry]:
         yield Entry("topics", key, in_scope(scope, key), topic)
     for key, component in _map(fields.get("components")).items():
         yield Entry("components", key, component_in_scope(scope, key), scoping.component(component))
-    modes = fields.get("modes")
-    if modes is not None and isinstance(modes.value, str):
-        yield Entry("modes", "", f"{scope}{SHARED}", modes)
-    for key, mode in _map(modes).items():
-        yield Entry("modes", key, in_scope(scope, key), _items(mode, scoping.change))
+    of_file = _file_of_modes(fields.get("modes"))
+    if of_file is not None:
+        yield Entry("modes", "", f"{scope}{SHARED}", of_file)
+    for key, mode in _map(fields.get("modes")).items():
+        if mode is not of_file:
+            yield Entry("modes", key, in_scope(scope, key), _items(mode, scoping.change))
     for key, rule in _map(fields.get("rules")).items():
         yield Entry("rules", key, in_scope(scope, key), scoping.rule(rule))
 
@@ -88,15 +89,22 @@ def _scoping(scope: str, fields: Mapping[str, Node]) -> _Scoping:
     return _Scoping(component, partial(in_scope, scope), reference, condition)
 
 
+def _file_of_modes(modes: Node | None) -> Node | None:
+    """Return the file that a robot's modes are from: all of them, or those beside modes of its own."""
+    return modes if modes is None or isinstance(modes.value, str) else _map(modes).get(SHARED)
+
+
 def _parts(modes: Node | None) -> set[str]:
     """Return the parts that a robot's modes are of, by their short names."""
-    if modes is None or not isinstance(modes.value, str):
-        return set(map(part_of, _map(modes)))
+    of_file = _file_of_modes(modes)
+    own = {part_of(name) for name, mode in _map(modes).items() if mode is not of_file}
+    if of_file is None or not isinstance(of_file.value, str):
+        return own
     try:
-        document, _ = read_document(modes.location.folder / modes.value)
+        document, _ = read_document(of_file.location.folder / of_file.value)
     except StackError:  # reported where the modes are read
-        return set()
-    return {PartNames("").component(name) for name in _map(document)}
+        return own
+    return own | {PartNames("").component(name) for name in _map(document)}
 
 
 class _Scoping:

@@ -166,3 +166,16 @@ def test_an_unknown_field_of_an_included_file_is_told_there(tmp_path: Path) -> N
     base = GOOD + "sed: 3\n"
     (line,) = told(write_all(tmp_path, base=base, stack="include: [base.yaml]\n"))
     assert line == f"base.yaml:{line_of(base, 'sed:')}: sed: there is no such field; did you mean 'seed'?"
+
+
+def test_a_file_of_modes_stays_beside_modes_that_another_file_has(tmp_path: Path) -> None:
+    modes = "{__DEFAULT__: {rescuer/navigator: active}, OFF: {rescuer/navigator: inactive}}"
+    (tmp_path / "modes.yaml").write_text(f"drive: {{ros__parameters: {{type: system, modes: {modes}}}}}\n")
+    night = "modes: {night: [{change: mode, mode: drive.OFF}]}\n"
+    of_file = "modes: modes.yaml\n"
+    for base, over in ((of_file, night), (night, of_file)):
+        stack = loaded(tmp_path, base=GOOD + base, stack=f"include: [base.yaml]\n{over}")
+        assert set(stack.architecture.modes) == {"night", "drive.__DEFAULT__", "drive.OFF"}
+    (tmp_path / "others.yaml").write_text(f"pull: {{ros__parameters: {{type: system, modes: {modes}}}}}\n")
+    stack = loaded(tmp_path, base=GOOD + of_file, stack="include: [base.yaml]\nmodes: others.yaml\n")
+    assert set(stack.architecture.modes) == {"pull.__DEFAULT__", "pull.OFF"}

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.consistency import violations
 from regraft.bus_schema.model.mode_rules import ModeRule
@@ -125,3 +127,32 @@ def test_a_mode_has_one_meaning(tmp_path: Path) -> None:
     twice = "modes:\n  left/drive.FAST: [{change: transition, component: world, transition: deactivate}]\n"
     (problem,) = told(stack(tmp_path, f"{TWO}{PLANNER}{twice}"))
     assert "modes.left/drive.FAST: a file of system_modes has a mode of this name, too" in problem
+
+
+DIM = "{dim: [{change: set_parameters, component: navigator, parameters: {max_velocity: 0.15}}]}"
+
+
+@pytest.mark.parametrize(
+    ("use", "robot"),
+    [
+        (f", modes: {DIM}", OF_FILE),
+        ("", f"{OWN}modes: {{/: modes.yaml, {DIM[1:]}\n"),
+        (", modes: modes.yaml", f"{OWN}modes: {DIM}\n"),
+    ],
+)
+def test_a_robot_has_further_modes_beside_its_file(tmp_path: Path, use: str, robot: str) -> None:
+    rule = "rules:\n  rest: {when: \"drive.mode == 'drive.SLOW'\", mode: dim}\n"
+    (tmp_path / "modes.yaml").write_text(MODES)
+    two = TWO.replace("place: {x: 1.0}", f"place: {{x: 1.0}}{use}")
+    found = architecture(tmp_path, two + PLANNER, robot + rule if use == "" else robot)
+    assert {"left/dim", "left/drive.SLOW", "left/navigator.SLOW"} <= set(found.modes)
+    assert "left/drive.while_slow" in {each.name for each in found.mode_rules}
+    if use == "":
+        assert {each.when for each in found.mode_rules} >= {"left.drive.mode == 'left/drive.SLOW'"}
+
+
+def test_a_single_robot_has_further_modes_beside_its_file(tmp_path: Path) -> None:
+    single = SINGLE.replace("robot: rover", f"robot: {{robot: rover, modes: {DIM}}}")
+    found = architecture(tmp_path, single + PLANNER)
+    assert {"dim", "drive.FAST"} <= set(found.modes)
+    assert found.mode_rules != ()
