@@ -27,6 +27,7 @@ class HostPlan:
     (``regraft.run_directory``), ``stack_folder`` where the stack file is and programs run. ``paths`` has the folders
     on this machine by those on the first host: of stack, system and installed packages. ``references`` has
     the values that components to come may refer to, by robot: see `Stack`. ``faults`` are on the schedule of the run.
+    ``folders`` are those of modules, on the first host.
     """
 
     architecture: Architecture
@@ -46,6 +47,7 @@ class HostPlan:
     paths: dict[str, str] = field(default_factory=dict)
     references: dict[str, dict[str, PlainValue]] = field(default_factory=dict)
     faults: tuple[ScheduledFault, ...] = ()
+    folders: tuple[Path, ...] = ()
 
     def hung_after(self) -> float:
         """Return how long a component may be silent, at most, that the schedule has hang or stop."""
@@ -80,15 +82,12 @@ class HostPlan:
 
     def as_joined(self, joined: JoinedSystem) -> HostPlan:
         """Return the plan with the first host's values; what concerns this machine stays."""
-        here = packages()
-        paths = {joined.stack_folder: str(self.stack_folder), joined.folder: str(self.folder)}
-        paths |= {there: here[name] for name, there in joined.packages.items() if name in here and there not in paths}
         return replace(
             self,
             architecture=joined.architecture,
             run=joined.run,
             seed=joined.seed,
-            paths=paths,
+            paths=_paths(joined, self.stack_folder) | {joined.folder: str(self.folder)},
             references=joined.references,
         )
 
@@ -113,6 +112,23 @@ class HostPlan:
                 if spec.managed and name != self.source and (spec.description is None or spec.description.lockstep)
             )
         )
+
+
+def module_folders(joined: JoinedSystem, stack_folder: Path) -> tuple[Path, ...]:
+    """Return where a host that joins looks for modules of the stack: in its own ``stack_folder`` at first.
+
+    Each further folder is as the first host has it, but for those in the stack's folder and in installed packages.
+    """
+    paths = _paths(joined, stack_folder)
+    found = (Path(str(moved({"": folder}, paths)[""])) for folder in joined.folders)
+    return tuple(dict.fromkeys((stack_folder, *found)))
+
+
+def _paths(joined: JoinedSystem, stack_folder: Path) -> dict[str, str]:
+    """Return folders on this machine by those on the first host: of the stack, and of installed packages."""
+    here = packages()
+    installed = {there: here[name] for name, there in joined.packages.items() if name in here}
+    return installed | {joined.stack_folder: str(stack_folder)}
 
 
 def moved(parameters: Mapping[str, PlainValue], folders: Mapping[str, str]) -> dict[str, PlainValue]:

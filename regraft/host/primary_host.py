@@ -152,6 +152,7 @@ class PrimaryHost(Host):
             references=plan.references,
             packages=packages(),
             changed=changed,
+            folders=tuple(map(str, plan.folders)),
         )
 
     def _renew(self, payload: bytes) -> Lease:

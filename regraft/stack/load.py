@@ -90,6 +90,7 @@ def load(file: Path | str, notice: Notice = lambda _: None) -> Stack:
         document=document,
         references=assembly.references,
         faults=read_faults(root, architecture),
+        folders=assembly.folders,
     )
     report.raise_if_any()
     return stack

@@ -22,7 +22,7 @@ class Stack:
     ``file`` is the stack file as it was named. ``document`` is its content with all that it includes, and the lines.
     ``imports`` are modules to import for the message types that they define. ``references`` has the values of
     ``$world``, ``$robots`` and all else, by robot; the empty name is the stack itself. ``faults`` are on the schedule
-    of the run.
+    of the run. ``folders`` are those of all its files and robots, where its modules are looked for, in this order.
     """
 
     file: Path
@@ -33,6 +33,7 @@ class Stack:
     document: Node = field(default=Node({}), repr=False, compare=False)
     references: dict[str, dict[str, PlainValue]] = field(default_factory=dict)
     faults: tuple[ScheduledFault, ...] = ()
+    folders: tuple[Path, ...] = ()
 
     @property
     def name(self) -> str:

@@ -19,7 +19,7 @@ from regraft.bus_schema.messages.protocol.joining import JoinedSystem, JoinHost
 from regraft.bus_schema.model.hosts.offers import NO_OFFER, HostOffer
 from regraft.host.joined_host import JoinedHost
 from regraft.host.joining.early_query import asked_by_a_child
-from regraft.host.plan import HostPlan, moved
+from regraft.host.plan import HostPlan, module_folders, moved
 from regraft.host.supervisor import ZYGOTE_GONE
 from regraft.host.zygote.zygote import Zygote, start_zygote
 from regraft.process.scheduling import work_in_batches
@@ -89,7 +89,8 @@ def run_guest(
     system = first.architecture.system
     # Components and questions about classes run in it: a relative one would be looked for below itself.
     stack_folder = wanted.stack_folder.resolve() if wanted.stack_folder else stack_folder_of(first)
-    look_in(stack_folder)
+    for each in module_folders(first, stack_folder):
+        look_in(each)
     folder = run_directory.folder(f"{system}@{wanted.name}")
     held = run_directory.lock(folder.name)
     try:

@@ -198,6 +198,7 @@ def _plan(stack: Stack, duration: float | None, secret: str) -> HostPlan:
         architecture=replace(architecture, components=components, modes=modes),
         folder=folder,
         stack_folder=stack.folder,
+        folders=stack.folders,
         run=secrets.token_hex(8),
         endpoint=free_endpoint(),
         secret=secret,

@@ -105,6 +105,24 @@ def test_a_host_that_the_stack_does_not_name_can_join_and_be_used(site: Site) ->
     assert site.pid("second") in children_of(guest.process.pid)
 
 
+def test_a_class_of_a_robots_folder_runs_on_a_host_that_joins(site: Site, tmp_path: Path) -> None:
+    rover = tmp_path / "rover"
+    rover.mkdir()
+    (rover / "rover_parts.py").write_text(HERE)
+    (rover / "robot.yaml").write_text(
+        "model: robot.yaml\n"
+        "components: {here: {class: 'rover_parts:Here', host: edge, parameters: {file: words.txt}}}\n"
+    )
+    (rover / "words.txt").write_text("those of the robot")
+    system = site.up(f"robots: {{scout: {rover}}}\n")
+    site.join()
+    site.wait_active("scout.here")
+    assert any("it has read those of the robot" in line for line in system.client.logs("scout.here"))
+    file = {"file": str(rover / "words.txt")}
+    report = site.adapt(Add("scout.more", ComponentSpec(cls="rover_parts:Here", host="edge", parameters=file)))
+    assert report.outcome is Outcome.APPLIED, report
+
+
 def test_a_thousand_messages_a_second_cross_three_hubs_in_order_and_without_loss(site: Site) -> None:
     pulse = "  pulse: {class: 'tests.host.parts:Pulse', host: edge}\n"
     site.up(pulse + "  listener: {class: 'tests.host.parts:Listener', host: arm}\n")

@@ -77,7 +77,8 @@ class JoinedSystem:
     values that components to come may refer to, by robot. ``lease`` is how long a
     sign of life of the joined host holds. ``by_certificate``: hosts have to prove who they are. ``packages`` has the
     folders of the packages with installed stacks and robots. ``changed`` are components of which the host may have
-    missed new specs: what runs of them begins again.
+    missed new specs: what runs of them begins again. ``folders`` are those of the stack's files and robots, where
+    modules are looked for.
     """
 
     run: str
@@ -94,6 +95,7 @@ class JoinedSystem:
     references: dict[str, dict[str, PlainValue]] = field(default_factory=dict)
     packages: dict[str, str] = field(default_factory=dict)
     changed: tuple[str, ...] = ()
+    folders: tuple[str, ...] = ()
 
 
 @message("regraft/RenewLease")
