@@ -20,7 +20,7 @@ def stack_problems(architecture: Architecture) -> Iterator[tuple[str, str]]:
 
     Where the class of a component is not known, neither is what it would read and write; connections and the source of
     time are not judged then, because most of it would be wrong. That a component lacks its class or its description is
-    reported where it is read.
+    reported where it is read. Files that parameters name are judged by `file_problems_of`.
     """
     complete = all(spec.description or not spec.managed for spec in architecture.components.values())
     for violation in violations(architecture):
@@ -30,7 +30,6 @@ def stack_problems(architecture: Architecture) -> Iterator[tuple[str, str]]:
             yield field_in_file(violation), violation.problem
     if complete:
         yield from _time_problems(architecture)
-    yield from _file_problems(architecture)
 
 
 def field_in_file(violation: Violation) -> str:
@@ -43,7 +42,7 @@ def field_in_file(violation: Violation) -> str:
     return ".".join(part for part in parts if part)
 
 
-def _file_problems(architecture: Architecture) -> Iterator[tuple[str, str]]:
+def file_problems_of(architecture: Architecture) -> Iterator[tuple[str, str]]:
     """Yield what is wrong with the files that components of this machine read: other hosts have files of their own."""
     for name, spec in architecture.components.items():
         if spec.description and spec.host == FIRST:

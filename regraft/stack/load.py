@@ -11,7 +11,7 @@ from regraft.bus_schema.model.robots.robot_view import simulated_robots
 from regraft.component.handlers import LONGEST
 from regraft.process.trial.trial_import import Notice
 from regraft.stack.assembly.assemble import ASSEMBLED, assemble
-from regraft.stack.checks import stack_problems
+from regraft.stack.checks import file_problems_of, stack_problems
 from regraft.stack.classes import import_problem, look_in
 from regraft.stack.imports import try_modules
 from regraft.stack.robot_data import with_robot_data
@@ -57,10 +57,11 @@ class _Speed(Enum):
     MAX = "max"
 
 
-def load(file: Path | str, notice: Notice = lambda _: None) -> Stack:
+def load(file: Path | str, notice: Notice = lambda _: None, *, files_later: bool = False) -> Stack:
     """Read and check a stack file; the stack's folder becomes importable in this process.
 
     Authors' modules are tried before this process imports them; ``notice`` gets a line about one that takes long.
+    With ``files_later`` a missing file alone is no reason to refuse: see `Stack`.
 
     Raises:
         StackError: with everything that is wrong, each with file, line and field.
@@ -91,7 +92,11 @@ def load(file: Path | str, notice: Notice = lambda _: None) -> Stack:
         references=assembly.references,
         faults=read_faults(root, architecture),
         folders=assembly.folders,
+        files_later=files_later,
     )
+    if report.problems or not files_later:
+        for place, problem in file_problems_of(architecture):
+            report.add(place, problem)
     report.raise_if_any()
     return stack
 

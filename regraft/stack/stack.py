@@ -23,6 +23,7 @@ class Stack:
     ``imports`` are modules to import for the message types that they define. ``references`` has the values of
     ``$world``, ``$robots`` and all else, by robot; the empty name is the stack itself. ``faults`` are on the schedule
     of the run. ``folders`` are those of all its files and robots, where its modules are looked for, in this order.
+    ``files_later``: options follow, and files that are missing are no problem yet.
     """
 
     file: Path
@@ -34,6 +35,7 @@ class Stack:
     references: dict[str, dict[str, PlainValue]] = field(default_factory=dict)
     faults: tuple[ScheduledFault, ...] = ()
     folders: tuple[Path, ...] = ()
+    files_later: bool = False
 
     @property
     def name(self) -> str:

@@ -13,7 +13,7 @@ from regraft.cli.stack.yaml_text import yaml_text
 from regraft.cli.terminal.options import JsonOption, OverridesOption, ParametersOption, PlacesOption, StackArgument
 from regraft.cli.terminal.output import complain, say, show_json
 from regraft.stack import Stack as StackFile
-from regraft.stack import apply_overrides, apply_parameter_files, check_with_classes, load, with_places
+from regraft.stack import check_with_classes, load_as_asked
 from regraft.stack.installed import stack_file
 
 stack = typer.Typer(
@@ -70,5 +70,4 @@ def graph(
 
 def _loaded(file: Path, overrides: list[str] | None, params: list[Path] | None, places: list[str] | None) -> StackFile:
     """Return the stack as ``regraft up`` would run it; raises StackError."""
-    found = apply_parameter_files(load(stack_file(file), complain), params or [])
-    return with_places(apply_overrides(found, overrides or []), places or [])
+    return load_as_asked(stack_file(file), params, overrides, places, notice=complain)

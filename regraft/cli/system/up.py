@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import Enum
+from functools import partial
 from typing import Annotated
 
 import typer
@@ -34,12 +35,9 @@ from regraft.security import system_secret
 from regraft.security.access import Guard
 from regraft.stack import (
     Stack,
-    apply_overrides,
-    apply_parameter_files,
     check_with_classes,
-    load,
+    load_as_asked,
     with_faults,
-    with_places,
     with_seed,
     with_speed,
     with_system,
@@ -113,9 +111,9 @@ def up(
     if listen is not None:
         guard.check(listen)
         guard.tls(LOCAL)
-    wanted = load(stack_file(stack)) if quiet else load(stack_file(stack), complain)
-    wanted = _as_asked(wanted, speed, seed, chosen_system(ctx, system))
-    wanted = with_places(apply_overrides(apply_parameter_files(wanted, params or []), overrides or []), places or [])
+    of_run = partial(_of_run, speed=speed, seed=seed, system=chosen_system(ctx, system))
+    notice = (lambda _: None) if quiet else complain
+    wanted = load_as_asked(stack_file(stack), params, overrides, places, first=of_run, notice=notice)
     wanted = with_faults(wanted, faults or [])
     # That it runs already is the better reason than that its gateway's port is in use.
     run_directory.lock(wanted.name).close()
@@ -139,8 +137,8 @@ def up(
         raise typer.Exit(FAILED)
 
 
-def _as_asked(stack: Stack, speed: Speed | None, seed: int | None, system: str | None) -> Stack:
-    """Return the stack as options want it; raises StackError."""
+def _of_run(stack: Stack, speed: Speed | None, seed: int | None, system: str | None) -> Stack:
+    """Return the stack as options want the whole run; raises StackError."""
     if system is not None:
         stack = with_system(stack, system)
     if speed is not None:

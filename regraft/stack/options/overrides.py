@@ -11,7 +11,7 @@ from regraft.bus_schema.errors import BadKey
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.constraints import split_parameter
 from regraft.bus_schema.suggestions import instead_of
-from regraft.stack.checks import stack_problems
+from regraft.stack.checks import file_problems_of, stack_problems
 from regraft.stack.classes import describe_class
 from regraft.stack.relative_paths import with_absolute_paths
 from regraft.stack.sections.components import connections
@@ -70,6 +70,8 @@ def apply_settings(stack: Stack, settings: Sequence[Setting], problems: Sequence
         architecture = architecture.with_component(spec)
         problems += [stack.problem(f"components.{name}.parameters.{place}", why) for place, why in wrong]
     problems += [stack.problem(place, problem) for place, problem in stack_problems(architecture)]
+    if problems or not stack.files_later:
+        problems += [stack.problem(place, problem) for place, problem in file_problems_of(architecture)]
     if problems:
         raise StackError(problems)
     return replace(stack, architecture=architecture)

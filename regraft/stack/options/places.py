@@ -8,7 +8,7 @@ from dataclasses import replace
 from regraft.bus_schema import keys
 from regraft.bus_schema.errors import BadKey
 from regraft.bus_schema.suggestions import instead_of
-from regraft.stack.checks import stack_problems
+from regraft.stack.checks import file_problems_of, stack_problems
 from regraft.stack.sections.hosts import FIRST
 from regraft.stack.stack import Stack
 from regraft.stack.yaml.nodes import Location, Node
@@ -31,8 +31,10 @@ def with_places(stack: Stack, places: Sequence[str]) -> Stack:
         spec = architecture.components[component]
         architecture = architecture.with_hosts([host]).with_component(replace(spec, host=host))
         stack = _written(stack, component, Node(host, Location(_shown(text))))
-    found = stack_problems(architecture) if places and not problems else ()
-    problems += [stack.problem(place, problem) for place, problem in found]
+    if places and not problems:
+        problems += [stack.problem(place, problem) for place, problem in stack_problems(architecture)]
+        if problems or not stack.files_later:
+            problems += [stack.problem(place, problem) for place, problem in file_problems_of(architecture)]
     if problems:
         raise StackError(problems)
     return replace(stack, architecture=architecture)

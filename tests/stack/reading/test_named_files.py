@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from regraft.stack import Problem, Stack, StackError, apply_overrides, load
+from regraft.stack import Problem, Stack, StackError, apply_overrides, load, load_as_asked
 from tests.stack.reading.files import changed, good, line_of, problems, write
 
 ELSEWHERE = """\
@@ -94,3 +94,26 @@ def test_what_is_only_written_need_not_be_there(tmp_path: Path) -> None:
 def test_another_host_has_files_of_its_own(tmp_path: Path) -> None:
     load(write(tmp_path, ELSEWHERE.replace("HOST", "edge")))
     assert problems(tmp_path, ELSEWHERE.replace("HOST", "local"))
+
+
+def test_an_option_may_place_a_component_where_its_file_is_or_name_another_file(with_cube: Path) -> None:
+    file = write(with_cube, ELSEWHERE.replace("HOST", "local"))
+    (with_cube / "given.yaml").write_text("joystick: {layout: meshes/cube.stl}\n")
+    assert load_as_asked(file, places=["joystick=edge"]).architecture.components["joystick"].host == "edge"
+    named = load_as_asked(file, overrides=[f"joystick.layout={with_cube}/meshes/cube.stl"])
+    assert named.architecture == load_as_asked(file, [with_cube / "given.yaml"]).architecture
+    load_as_asked(file, overrides=["joystick.layout=''"])
+    with pytest.raises(StackError, match="there is no such file"):
+        load_as_asked(file)
+
+
+def test_a_missing_file_is_named_beside_all_else_that_is_wrong(tmp_path: Path) -> None:
+    file = write(tmp_path, ELSEWHERE.replace("HOST", "local"))
+    for overrides in ([], ["joystick.layuot=1"], ["joystick.layout=b.yaml"]):
+        with pytest.raises(StackError) as refused:
+            load_as_asked(file, overrides=overrides)
+        assert any("there is no such file" in problem.problem for problem in refused.value.problems)
+    file.write_text(file.read_text().replace("clock: real", "clock: reel"))
+    with pytest.raises(StackError) as refused:
+        load_as_asked(file, places=["joystick=edge"])
+    assert len(refused.value.problems) == 2
