@@ -10,7 +10,7 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.robots.scopes import SHARED
 from regraft.stack.assembly.expansion import Robot, RobotData, robot_of
 from regraft.stack.assembly.included_files import INCLUDE, IncludedFiles
-from regraft.stack.assembly.merge import merge
+from regraft.stack.assembly.merge import long_form, merge
 from regraft.stack.assembly.references import WORLD, References
 from regraft.stack.assembly.robots import ROBOT, ROBOTS, Robots, Use
 from regraft.stack.assembly.scoping import Entry, names_own_in_expressions, scoped_constraints, scoped_entries
@@ -139,7 +139,7 @@ class _Combination:
             self._fields[MODES] = Node({SHARED: node}, node.location)
         entries = self._entries(entry.section)
         there = entries.get(entry.name)
-        if there is not None and entry.written.startswith(SHARED) and plain(there) == plain(entry.node):
+        if there is not None and entry.written.startswith(SHARED) and _same(there, entry):
             return
         if there is not None:
             path = f"{robot.use.path}.{entry.section}.{entry.written}"
@@ -165,6 +165,13 @@ class _Combination:
             before = node.value if node is not None and isinstance(node.value, tuple) else ()
             location = node.location if node else robot.use.whole
             self._fields["constraints"] = Node((*before, *constraints), location)
+
+
+def _same(there: Node, entry: Entry) -> bool:
+    """Return whether an entry is there as it is already; a topic may be given by its type alone."""
+    both = (long_form(node, "type") if entry.section == "topics" else node for node in (there, entry.node))
+    one, other = map(plain, both)
+    return bool(one == other)
 
 
 def plain_document(file: Path) -> dict[str, PlainValue]:

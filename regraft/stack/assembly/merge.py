@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from regraft.bus_schema.model.robots.scopes import SHARED
-from regraft.bus_schema.suggestions import instead_of
+from regraft.bus_schema.suggestions import Hints
 from regraft.stack.yaml.nodes import Node
 from regraft.stack.yaml.problems import Report
 
@@ -49,30 +49,34 @@ class _Merge:
 
     def merged(self, base: Node, over: Node, path: tuple[str, ...]) -> Node:
         if _is_entry(path) and path[0] == "topics":
-            base, over = _long(base, "type"), _long(over, "type")
+            base, over = long_form(base, "type"), long_form(over, "type")
         if path == (MODES,) and dict in (type(base.value), type(over.value)):
-            base, over = _long(base, SHARED), _long(over, SHARED)
+            base, over = long_form(base, SHARED), long_form(over, SHARED)
+        if base.value is None and self._is_fixed(path):
+            base = Node({}, base.location)
         if not isinstance(base.value, dict) or not isinstance(over.value, dict):
             return over
-        parts = dict(base.value)
+        parts, hints = dict(base.value), Hints(base.value)
         for key, part in over.value.items():
             here = (*path, key)
             if _is_connection(here):
                 parts[key] = part
             elif key in parts and part.value is None:
                 del parts[key]
-            elif key in parts:
-                parts[key] = self.merged(parts[key], part, here)
+            elif key in parts or (part.value is not None and self._is_fixed(here)):
+                parts[key] = self.merged(parts.get(key, Node({}, part.location)), part, here)
             else:
-                problem = self._problem(part, here, parts)
+                problem = self._problem(part, here)
                 if problem:
-                    known = instead_of(key, parts)
-                    self.report.add_at(part.location, self._shown(here), f"{problem}; {known}")
+                    self.report.add_at(part.location, self._shown(here), f"{problem}; {hints.instead_of(key)}")
                 else:
                     parts[key] = part
         return Node(parts, base.location)
 
-    def _problem(self, part: Node, path: tuple[str, ...], known: dict[str, Node]) -> str:
+    def _is_fixed(self, path: tuple[str, ...]) -> bool:
+        return len(path) == 1 and path[0] in self.fixed
+
+    def _problem(self, part: Node, path: tuple[str, ...]) -> str:
         """Return why an entry that the base lacks cannot be new; empty if it can."""
         kind = KINDS.get(path[0], FIELD) if _is_entry(path) else FIELD
         if part.value is None:
@@ -96,6 +100,6 @@ def _is_connection(path: tuple[str, ...]) -> bool:
     return len(path) == 4 and path[0] == "components" and path[2] == "connect"
 
 
-def _long(short: Node, field: str) -> Node:
+def long_form(short: Node, field: str) -> Node:
     """Return a topic that is given by its type alone, or modes that are by their file, as a map."""
     return Node({field: short}, short.location) if isinstance(short.value, str) else short

@@ -179,3 +179,11 @@ def test_a_file_of_modes_stays_beside_modes_that_another_file_has(tmp_path: Path
     (tmp_path / "others.yaml").write_text(f"pull: {{ros__parameters: {{type: system, modes: {modes}}}}}\n")
     stack = loaded(tmp_path, base=GOOD + of_file, stack="include: [base.yaml]\nmodes: others.yaml\n")
     assert set(stack.architecture.modes) == {"pull.__DEFAULT__", "pull.OFF"}
+
+
+def test_of_many_names_that_are_not_there_the_first_have_hints(tmp_path: Path) -> None:
+    over = "".join(f"  not_there_{number}: {{rate: 1}}\n" for number in range(100))
+    lines = told(write_all(tmp_path, base=GOOD, stack=f"include: [base.yaml]\ntopics:\n{over}"))
+    assert len(lines) == 100
+    assert lines[0].endswith("and a new one needs 'type'; there are: odometry, scan, truth, velocity")
+    assert lines[-1].endswith("and a new one needs 'type'; there are 4 others")

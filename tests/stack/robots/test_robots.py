@@ -146,8 +146,9 @@ def test_what_begins_with_a_slash_is_shared_by_all(tmp_path: Path) -> None:
     assert single.components["signals"].connections == {"clock_like": "clock_like"}
 
 
-def test_robots_may_name_the_same_shared_topic(tmp_path: Path) -> None:
-    architecture = load(rovers(tmp_path, robot=SHARED)).architecture
+@pytest.mark.parametrize("own", ["", "topics: {clock_like: {type: regraft/Twist}}\n"])
+def test_robots_and_the_stack_may_name_the_same_shared_topic(tmp_path: Path, own: str) -> None:
+    architecture = load(rovers(tmp_path, TWO + own, SHARED)).architecture
     assert architecture.topics["clock_like"].type == "regraft/Twist"
 
 
@@ -274,6 +275,18 @@ def test_a_wrong_robot_is_refused_in_its_own_file(tmp_path: Path, old: str, new:
     assert ROBOT.count(old) == 1
     lines = told(rovers(tmp_path, robot=ROBOT.replace(old, new)))
     assert any(line.startswith(f"rover/robot.yaml:{problem}") for line in lines), lines
+
+
+@pytest.mark.parametrize("own", ["", "parameters:\n", "parameters: {}\n"])
+def test_a_parameter_that_a_robot_without_parameters_lacks_is_refused(tmp_path: Path, own: str) -> None:
+    (line,) = told(
+        rovers(
+            tmp_path,
+            TWO.replace("place: {x: 1.0}", "parameters: {raduis: 0.3}").replace("speed: 0.1", ""),
+            f"model: rover.xml\n{own}devices: {{lidar: {{class: 'devices:Lidar'}}}}\n",
+        )
+    )
+    assert line.startswith("stack.yaml:5: robots.left.parameters.raduis: there is no parameter 'raduis' to change")
 
 
 def test_a_robot_without_a_file_is_refused(tmp_path: Path) -> None:
