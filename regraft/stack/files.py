@@ -8,7 +8,7 @@ from pathlib import Path
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.description import PATH, Description
-from regraft.stack.relative_paths import RUN_FOLDER
+from regraft.stack.relative_paths import is_in_run_folder
 from regraft.stack.yaml.path_hints import instead_of_path
 
 
@@ -21,7 +21,7 @@ def file_problems(description: Description, values: Mapping[str, PlainValue]) ->
         value = values.get(parameter.name)
         named = [(parameter.name, value)] if parameter.exists else _in_records(parameter.schema, value, parameter.name)
         for place, file in named:
-            if isinstance(file, str) and file and not file.startswith(RUN_FOLDER):
+            if isinstance(file, str) and file and not is_in_run_folder(file):
                 problem = _file_problem(file)
                 yield from [(place, f"{file!r}: {problem}")] if problem else []
 

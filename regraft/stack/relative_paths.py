@@ -12,8 +12,13 @@ RUN_FOLDER = "$RUN"
 """In a path parameter: the folder of the running system (``regraft.run_directory``)."""
 
 
+def is_in_run_folder(value: object) -> bool:
+    """Return whether a value is the folder of the running system, or a path in it."""
+    return isinstance(value, str) and (value == RUN_FOLDER or value.startswith(f"{RUN_FOLDER}/"))
+
+
 def _is_relative(value: PlainValue) -> bool:
-    return isinstance(value, str) and value != "" and not value.startswith(RUN_FOLDER)
+    return isinstance(value, str) and value != "" and not is_in_run_folder(value)
 
 
 def with_absolute_paths(
@@ -35,6 +40,6 @@ def with_absolute_paths(
 def with_run_folder(parameters: Mapping[str, PlainValue], folder: str) -> dict[str, PlainValue]:
     """Return the parameters, those that begin with ``$RUN`` in the folder of the running system."""
     return {
-        name: value.replace(RUN_FOLDER, folder, 1) if isinstance(value, str) and value.startswith(RUN_FOLDER) else value
+        name: value.replace(RUN_FOLDER, folder, 1) if is_in_run_folder(value) else value
         for name, value in parameters.items()
     }

@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Iterator
 
+from regraft.stack.relative_paths import is_in_run_folder
 from regraft.stack.yaml.nodes import Node, NumberTooLarge, Scalar, scalar
 
 PLAIN = re.compile(r"[A-Za-z0-9_/$.]([A-Za-z0-9_/$.:-]*[A-Za-z0-9_/$.-])?")
@@ -46,7 +47,7 @@ def _value(value: object) -> str:
         return "{}" if isinstance(value, dict) else "[]"
     if isinstance(value, str):
         # The assembly of stacks reads '$$' as a dollar sign that begins no reference.
-        return _written(f"${value}" if value.startswith("$") and not value.startswith("$RUN") else value)
+        return _written(f"${value}" if value.startswith("$") and not is_in_run_folder(value) else value)
     if isinstance(value, float) and not math.isfinite(value):
         return ".nan" if math.isnan(value) else ".inf" if value > 0 else "-.inf"
     return json.dumps(value)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.suggestions import instead_of
-from regraft.stack.relative_paths import RUN_FOLDER
+from regraft.stack.relative_paths import is_in_run_folder
 from regraft.stack.yaml.document import DEEPEST, MAX_NODES
 from regraft.stack.yaml.nodes import NOWHERE, Location, Node, size_of
 from regraft.stack.yaml.problems import Report, fail
@@ -55,7 +55,7 @@ class References:
         if isinstance(node.value, tuple):
             items = (self.resolved(part, f"{path}.{index}") for index, part in enumerate(node.value))
             return Node(tuple(items), node.location)
-        if not isinstance(node.value, str) or not node.value.startswith(MARK) or node.value.startswith(RUN_FOLDER):
+        if not isinstance(node.value, str) or not node.value.startswith(MARK) or is_in_run_folder(node.value):
             return node
         if node.value.startswith(MARK * 2):
             return Node(node.value.removeprefix(MARK), node.location)
