@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from regraft.stack import load
+from regraft.bus_schema.model.architecture import ComponentSpec
+from regraft.stack import apply_overrides, apply_parameter_files, load
+from regraft.stack.sections.components import in_run_folder
 from tests.stack.reading.folders import ROBOT, SINGLE, TWO, at, rovers, told
 
 
@@ -124,3 +126,21 @@ def test_a_number_that_is_written_as_an_argument_of_a_program_stands_in_quotes(t
     assert line.endswith("components.wheels.command.1: must be a text, is a number: put it in quotes, '644'")
     (line,) = told(rovers(tmp_path, TWO + "  wheels: {command: ['']}\n"))
     assert line.endswith("components.wheels.command.0: must be a text, is empty")
+
+
+def test_only_the_folder_of_the_running_system_is_meant_by_its_name(tmp_path: Path) -> None:
+    (line,) = told(rovers(tmp_path, TWO + "  notes: {command: [notes], parameters: {a: $RUNTIME}}\n"))
+    assert "components.notes.parameters.a: '$RUNTIME': there is no such value" in line
+    spec = ComponentSpec("a", parameters={"a": "$RUN", "b": "$RUN/x", "c": "$RUN-x", "d": "$RUNTIME"})
+    assert in_run_folder(spec, "/run").parameters == {"a": "/run", "b": "/run/x", "c": "$RUN-x", "d": "$RUNTIME"}
+
+
+def test_what_options_set_may_refer_to_the_stacks_values(tmp_path: Path) -> None:
+    signals = 'components:\n  signals: {class: "tests.stack.parts:Signals"}\n'
+    stack = load(rovers(tmp_path, robot=ROBOT.replace("components:\n", signals)))
+    (tmp_path / "given.yaml").write_text("left.navigator: {max_velocity: $speed}\n")
+    given = apply_parameter_files(apply_overrides(stack, ["left.signals.horn=$world"]), [tmp_path / "given.yaml"])
+    components = given.architecture.components
+    assert components["left.signals"].parameters["horn"] == str(tmp_path / "room.xml")
+    assert components["left.navigator"].parameters["max_velocity"] == 0.2
+    assert given.locations["components.left.navigator.parameters.max_velocity"].file == str(tmp_path / "given.yaml")
