@@ -70,6 +70,11 @@ def apply_settings(stack: Stack, settings: Sequence[Setting], problems: Sequence
         spec, wrong = _described_anew(architecture, architecture.components[name])
         architecture = architecture.with_component(spec)
         problems += [stack.problem(f"components.{name}.parameters.{place}", why) for place, why in wrong]
+    problems += [
+        stack.problem(".".join(setting.keys), f"there is no such parameter: {setting.component!r} has none")
+        for setting in settings
+        if stack.architecture.components[setting.component].description is None
+    ]
     problems += [stack.problem(place, problem) for place, problem in stack_problems(architecture)]
     if problems or not stack.files_later:
         problems += [stack.problem(place, problem) for place, problem in file_problems_of(architecture)]
@@ -78,11 +83,6 @@ def apply_settings(stack: Stack, settings: Sequence[Setting], problems: Sequence
     return replace(stack, architecture=architecture)
 
 
-def with_seed(stack: Stack, seed: int) -> Stack:
-    """Return the stack with another seed; raises StackError."""
-    if not 0 <= seed < 2**63:
-        fail("seed", None, f"{seed}: must be from 0 to {2**63 - 1}")
-    return replace(stack, seed=seed)
 def _referred(stack: Stack, setting: Setting) -> Setting:
     """Return a setting in which references that the component may use have their values; other texts stay."""
     given = plain(setting.value)
@@ -90,6 +90,11 @@ def _referred(stack: Stack, setting: Setting) -> Setting:
     return setting if meant == given else replace(setting, value=node_of(meant, setting.value.location))
 
 
+def with_seed(stack: Stack, seed: int) -> Stack:
+    """Return the stack with another seed; raises StackError."""
+    if not 0 <= seed < 2**63:
+        fail("seed", None, f"{seed}: must be from 0 to {2**63 - 1}")
+    return replace(stack, seed=seed)
 
 
 def with_speed(stack: Stack, speed: str) -> Stack:

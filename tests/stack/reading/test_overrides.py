@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from regraft.stack import Stack, StackError, apply_overrides, load, with_seed, with_speed, with_system
-from tests.stack.reading.files import good, write
+from tests.stack.reading.files import GOOD, good, write
 
 
 def refused(change: Callable[[], Stack]) -> list[str]:
@@ -101,3 +101,10 @@ def test_real_time_has_no_speed_to_change(tmp_path: Path) -> None:
     )
     assert stack.speed is None
     assert "runs under the real clock" in refused(lambda: with_speed(stack, "max"))[0]
+
+
+def test_a_program_without_parameters_takes_none(tmp_path: Path) -> None:
+    notes = "  notes: {command: [notes], managed: false}\n"
+    stack = load(write(tmp_path, GOOD.replace("constraints:\n", f"{notes}constraints:\n")))
+    (problem,) = refused(lambda: apply_overrides(stack, ["notes.foo=3"]))
+    assert problem.startswith("--set notes.foo=3: components.notes.parameters.foo: there is no such parameter")
