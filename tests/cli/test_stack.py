@@ -134,6 +134,13 @@ def test_each_value_is_shown_with_where_it_comes_from(regraft: Regraft, tmp_path
     assert world["robots"][0]["devices"][1]["parameters"]["beams"]["from"] == f"{tmp_path}/rover/robot.yaml:2"
 
 
+def test_what_is_shown_of_a_value_of_several_lines_is_yaml(regraft: Regraft, tmp_path: Path) -> None:
+    (file := tmp_path / "stack.yaml").write_text("system: a\ncomponents: {x: {command: [x], parameters: {text: b}}}\n")
+    shown = regraft("stack", "show", str(file), "--set", "x.text='c\n\n  d'")
+    (tmp_path / "shown.yaml").write_text(shown.output)
+    assert load(tmp_path / "shown.yaml").architecture.components["x"].parameters == {"text": "c\nd"}
+
+
 def test_a_parameter_called_speed_is_not_taken_for_the_speed_of_the_clock(regraft: Regraft, tmp_path: Path) -> None:
     file = rovers(tmp_path)
     odd = "  odd: {command: [x], managed: false, parameters: {speed: 0.3}}\n"
