@@ -117,7 +117,7 @@ class HostPlan:
 def module_folders(joined: JoinedSystem, stack_folder: Path) -> tuple[Path, ...]:
     """Return where a host that joins looks for modules of the stack: in its own ``stack_folder`` at first.
 
-    Each further folder is as the first host has it, but for those in the stack's folder and in installed packages.
+    Further folders are as the first host has them, unless they are in the stack's or an installed package's.
     """
     paths = _paths(joined, stack_folder)
     found = (Path(str(moved({"": folder}, paths)[""])) for folder in joined.folders)

@@ -1,4 +1,4 @@
-"""Completes the spec of a component that does not run yet by its class, as one of a stack file is completed."""
+"""Completes the spec of a component that does not run yet by its class."""
 
 from __future__ import annotations
 

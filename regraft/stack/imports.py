@@ -16,7 +16,7 @@ from regraft.stack.yaml.section import Section
 def try_modules(root: Section, folders: Collection[Path], notice: Notice) -> frozenset[str]:
     """Note why modules cannot be imported, or are hidden; return those, which nothing may import any more.
 
-    A module in the folder of the file that names it is hidden by that of another of the stack's ``folders``.
+    A module next to the file that names it may be hidden by one in another of the ``folders``.
 
     Raises:
         StackError: the import of one has not ended; the others may wait for the same, and are not tried.

@@ -45,7 +45,7 @@ def resolved(stack: Stack) -> Node:
 def _folded(stack: Stack) -> dict[str, PlainValue]:
     """Return the changes of each mode, in which modes that it enters stand for their changes.
 
-    What classes take from a robot is in the changes that bring them: the document has no robots.
+    Changes have the values that classes take from robots: the document has no robots.
     """
     architecture = stack.architecture
     modes: dict[str, list[PlainValue]] = {name: list(_items(each)) for name, each in architecture.modes.items()}

@@ -39,7 +39,7 @@ def _entry(start: str, node: Node, depth: int) -> Iterator[str]:
         yield start
         yield from _lines(node, depth + 1)
         return
-    # What was typed may have several lines.
+    # An option may have several lines.
     origin = " ".join(str(node.location).split())
     yield f"{f'{start} {_value(node.value)}':{WIDTH}}  # {origin}"
 

@@ -1,6 +1,6 @@
 """Merges a document over another: maps are merged, lists and scalars replaced, and ``null`` removes.
 
-A file of modes stays beside modes that are maps. In ``connect`` of a component ``null`` is a value: the port is
+A file of modes stays next to a map of modes. In ``connect`` of a component ``null`` is a value: the port is
 connected to no topic.
 """
 

@@ -90,7 +90,7 @@ def _scoping(scope: str, fields: Mapping[str, Node]) -> _Scoping:
 
 
 def _file_of_modes(modes: Node | None) -> Node | None:
-    """Return the file that a robot's modes are from: all of them, or those beside modes of its own."""
+    """Return the file that a robot's modes are from: all of them, or all but its own."""
     return modes if modes is None or isinstance(modes.value, str) else _map(modes).get(SHARED)
 
 
