@@ -16,7 +16,7 @@ from regraft.bus_schema.suggestions import instead_of
 from regraft.component.handlers import LONGEST, Period, Service, period_of, service_of
 from regraft.component.kit import Kit
 from regraft.component.parameters import Parameter, ParameterError, ParameterSet
-from regraft.component.ports import Input, Output, handled_by
+from regraft.component.ports import Input, Output, handled_by, with_handler
 from regraft.component.quality import Quality
 from regraft.component.reserved import check_attributes
 
@@ -263,7 +263,7 @@ def _add_handlers(cls: type[Any], inputs: dict[str, Input[Any]]) -> None:
         for name, attribute in vars(base).items():
             for port in handled_by(attribute) if inspect.isfunction(attribute) else ():
                 if inspect.getattr_static(cls, port.name, None) is port:
-                    inputs[port.name] = port.with_handler(name)
+                    inputs[port.name] = with_handler(port, name)
 
 
 def _check_periods(cls: type[Any]) -> None:

@@ -21,6 +21,13 @@ def handled_by(function: Callable[..., Any]) -> tuple[Input[Any], ...]:
     return inputs
 
 
+def with_handler(port: Input[M], name: str) -> Input[M]:
+    """Return the same input, each of whose messages the method ``name`` handles."""
+    other = copy(port)
+    other.handler_name = name
+    return other
+
+
 class Input(Generic[M]):
     """An input: messages of one type from the topic it is connected to.
 
@@ -96,12 +103,6 @@ class Input(Generic[M]):
         marked: Any = function
         marked.__regraft_handles__ = (*handled_by(function), self)
         return function
-
-    def with_handler(self, name: str) -> Input[M]:
-        """Return the same input, each of whose messages the method ``name`` handles."""
-        other = copy(self)
-        other.handler_name = name
-        return other
 
     def describe(self) -> PortDescription:
         """Return the port's description."""

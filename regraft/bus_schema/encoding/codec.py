@@ -151,7 +151,7 @@ def _malformed(error: Exception) -> BadMessage:
 
 
 def _refusal(kind: MessageType, error: Exception) -> BadMessage:
-    """Return the error of data that a type does not take: readers rely on it, whatever the type's class raises."""
+    """Return the error of data that a type does not take; its class may raise anything, and readers expect this."""
     return BadMessage(f"is refused by {kind.cls.__name__} ({type(error).__name__}: {error})")
 
 

@@ -309,7 +309,7 @@ class Follower:
         """Start a recovery or give up where the robot is stuck or too slow; return whether that is so."""
         allowed = self._allowed(self.limits.max_velocity)
         if self._speed not in (0.0, self.limits.max_velocity):
-            # What was spent at another speed is as large a share of the time as it was then.
+            # Time that was spent at another speed stays as large a share as it was then.
             self._spent *= allowed / self._allowed(self._speed)
         self._spent, self._speed = self._spent + now.period, self.limits.max_velocity
         why = self._route.no_path or self._hindrance

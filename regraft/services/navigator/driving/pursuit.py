@@ -77,7 +77,7 @@ class PursuitController:
 
 
 def _look_ahead(stretch: float) -> FloatArray:
-    """Return how far along the path (m) the points are, the farthest first, for a robot that looks at a `stretch` (m).
+    """Return how far along the path (m) the points are, the farthest first. The robot looks at a `stretch` (m).
 
     A fast robot passes the usual ones before it has turned to them, and swings about the path.
     """
@@ -87,10 +87,10 @@ def _look_ahead(stretch: float) -> FloatArray:
 
 
 def _left(ahead: FloatArray, stretch: float) -> float:
-    """Return how far (m) it is to the end of a path of which `ahead` (N, 2), in the base frame, is the next `stretch`.
+    """Return how far (m) the end of a path is: `ahead` (N, 2), in the base frame, is its next `stretch` (m).
 
-    A path that is longer counts as one of that length. Robots for which the shortest stretch will do are slow. For them
-    it is the straight distance: with the way along the path every recorded run of theirs would be another.
+    A longer path counts as one of that length. For slow robots the shortest stretch will do. They take the straight
+    distance, since the way along the path would change every recorded run of theirs.
     """
     if stretch > SHORTEST_STRETCH:
         return float(lengths_along(ahead)[-1])
