@@ -80,8 +80,7 @@ class _Measured:
 class QualityObserver(Component):
     """Publishes ``QA status`` diagnostics with measured qualities, and ``Context status`` with the present context.
 
-    A quality has the time of the oldest measurement in it: a reader may have adapted the system since. One that is not
-    known is not published; why it is not known is among the component's diagnostics. The first
+    A quality that is not known is not published; why it is not known is among the component's diagnostics. The first
     context whose condition has held for ``settle`` is published when it is another than before. A condition that is
     not known does not hold. Where none holds, the context stays.
     """
@@ -157,12 +156,12 @@ class QualityObserver(Component):
         situation = Situation(self.kit.scope, now, states, faults, self.measurements.latest)
         for each in self._qualities:
             try:
-                value, stamp = situation.measured(each.expression)
+                value = each.expression.number(situation)
             except Unknown as why:
                 self._note(each.subject, str(why))
                 continue
             self._note(each.subject, "")
-            self._publish(stamp, each.objective, QUALITY_STATUS, {each.quality: value})
+            self._publish(now, each.objective, QUALITY_STATUS, {each.quality: value})
         self._see_context(situation)
 
     def _see_context(self, situation: Situation) -> None:
@@ -193,9 +192,9 @@ class QualityObserver(Component):
             del self._unknown[subject]
             self.kit.diagnose(subject, Level.OK, "known again")
 
-    def _publish(self, stamp: float, subject: str, text: str, values: dict[str, PlainValue]) -> None:
+    def _publish(self, now: float, subject: str, text: str, values: dict[str, PlainValue]) -> None:
         assert all(not isinstance(value, float) or math.isfinite(value) for value in values.values())
-        self.diagnostics.publish(Diagnostic(stamp, self.kit.name, subject, Level.OK, text, values))
+        self.diagnostics.publish(Diagnostic(now, self.kit.name, subject, Level.OK, text, values))
 
 
 def _measured(parameters: dict[str, Any]) -> list[_Measured]:

@@ -7,7 +7,7 @@ is a quality that the component measures. The rules on what counts, and until wh
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Final
 
 from regraft.bus_schema.encoding.reading_checks import ValueKind
@@ -42,16 +42,6 @@ class Situation(Mapping[str, Any]):
     states: SystemStates | None
     faults: SystemFaults | None
     measurements: SystemMeasurements | None
-    _stamps: list[float] = field(default_factory=list, init=False, repr=False, compare=False)
-
-    def measured(self, expression: Expression) -> tuple[float, float]:
-        """Return the value of an expression, and when the oldest measurement that it uses was made; raises Unknown.
-
-        One that uses none is of now.
-        """
-        self._stamps.clear()
-        value = expression.number(self)
-        return value, min(self._stamps, default=self.now)
 
     def __getitem__(self, name: str) -> Any:
         """Return the value of a name; raises Unknown."""
@@ -90,7 +80,6 @@ class Situation(Mapping[str, Any]):
         why = latest.why_unknown(quality, self.now)
         if why:
             raise Unknown(f"{name} is not measured: {why}")
-        self._stamps.append(latest.stamp)
         return latest.values[quality]
 
 

@@ -11,8 +11,7 @@ import pytest
 from regraft import ParameterError, State
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.health import Diagnostic
-from regraft.bus_schema.messages.management.qualities import MeasuredQualities
-from regraft.bus_schema.messages.management.system import SystemFaultKind, SystemMeasurements
+from regraft.bus_schema.messages.management.system import SystemFaultKind
 from regraft.services.observers.quality_observer import QualityObserver
 from tests.metacontrol.observers.scene import Scene, scene, written
 
@@ -84,25 +83,6 @@ def test_a_late_measurement_does_not_count() -> None:
         assert len(seen.news()) == 3
         seen.run(2.0)
         assert seen.news() == []
-
-
-def test_a_quality_is_as_old_as_the_oldest_measurement_that_it_is_made_of() -> None:
-    younger = {"quality": "speed", "measured": "wheels.speed"}
-    both = {"quality": "safety", "measured": "laser.clearance / wheels.speed"}
-    with scene(QualityObserver, qualities=[younger, both]) as seen:
-        of_laser = MeasuredQualities(0.25, "laser", 1, 5.0, {"clearance": 0.5})
-        of_wheels = MeasuredQualities(0.5, "wheels", 1, 5.0, {"speed": 0.1})
-        seen.publish()
-        seen.rig.publish("system/measurements", SystemMeasurements(0.5, (of_laser, of_wheels)))
-        seen.rig.advance(4.0)
-        stamps = {(name, each.stamp) for each in seen.diagnostics for name in each.values}
-        assert stamps == {("speed", 0.5), ("safety", 0.25)}
-
-
-def test_a_quality_of_states_alone_is_of_now() -> None:
-    with scene(QualityObserver, qualities=[{"quality": "sight", "measured": "1 if camera.active else 0"}]) as seen:
-        seen.run(1.0)
-        assert [each.stamp for each in seen.diagnostics] == [0.5, 1.0]
 
 
 def test_states_and_failures_may_have_a_share_in_a_quality() -> None:
