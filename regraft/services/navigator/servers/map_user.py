@@ -7,7 +7,6 @@ from collections.abc import Iterable
 from typing import Any
 
 from regraft import Component, Input, Parameter, RefusalCode, RequestRefused
-from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages import maps, sensors
 from regraft.bus_schema.messages.health import Level
 from regraft.services import robot_parameters
@@ -22,8 +21,6 @@ LOOK_INTERVAL = 0.05
 
 class MapUser(Component):
     """Follows map, odometry and scan; a subclass offers what is done with them."""
-
-    state_version = 1
 
     ready_within = Parameter(5.0, "how long a goal waits for the first map and odometry", minimum=0.0, unit="s")
     least_memory = Parameter(
@@ -63,14 +60,6 @@ class MapUser(Component):
         self._surroundings = Surroundings(
             self._inflation, self._footprint.half_width, self.least_memory, self.obstacle_max_range
         )
-
-    def snapshot(self) -> PlainValue:
-        """Return the remembered obstacles."""
-        return self._surroundings.snapshot()
-
-    def restore(self, state: PlainValue) -> None:
-        """Remember the obstacles that a predecessor has seen."""
-        self._surroundings.restore(state)
 
     def _look(self) -> None:
         """Take in what has come."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,15 +127,6 @@ class Surroundings:
     def forget(self, request: ClearCostmap) -> int:
         """Forget remembered obstacles; returns how many marks."""
         return self.sight.forget(_cleared_by(request, self.pose))
-
-    def snapshot(self) -> dict[str, Any]:
-        """Return as plain data what was seen; the map and the pose come again by themselves."""
-        return {"sight": self.sight.snapshot(), "scans": self._scans.snapshot()}
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Take over what a predecessor has seen."""
-        self.sight.restore(state["sight"])
-        self._scans.restore(state["scans"])
 
     def _converted(self, message: sensors.LaserScan | None) -> Scan | None:
         if message is None:
