@@ -100,8 +100,11 @@ class Input(Generic[M]):
         """Make the decorated method handle every message of this input (``latest_only``: the newest)."""
         if self.on_demand:
             raise TypeError(f"the input {self.name!r} is read on_demand: no handler opens all of its messages")
-        marked: Any = function
-        marked.__regraft_handles__ = (*handled_by(function), self)
+        if not self.name:  # in the body of the class that declares it
+            self.handler_name = function.__name__
+        else:  # a subclass handles it, which is no matter of its base
+            marked: Any = function
+            marked.__regraft_handles__ = (*handled_by(function), self)
         return function
 
     def describe(self) -> PortDescription:

@@ -12,7 +12,7 @@ from regraft.bus_schema.model.adaptation import Violation
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.lockstep.source import TimeSource
 from regraft.process.main import NoSuchClass, load_class
-from regraft.stack.assembly.references import known_to, replaced
+from regraft.stack.assembly.references import replaced
 from regraft.stack.classes import describe_class, taken_values
 from regraft.stack.files import file_problems
 from regraft.stack.relative_paths import with_absolute_paths
@@ -33,7 +33,8 @@ class Surroundings:
 
     def completed(self, spec: ComponentSpec) -> dict[str, PlainValue]:
         """Return parameters without references, and with those that the class takes from its robot."""
-        known = known_to(spec.name, self.references)
+        own = self.references.get(spec.name.rpartition(".")[0], {})
+        known = own or self.references.get("", {})
         taken = taken_values(spec.name, spec.cls, self.references)
         return taken | {name: replaced(value, known) for name, value in spec.parameters.items()}
 

@@ -23,6 +23,7 @@ from regraft.bus_schema.suggestions import near
 
 FITTING: dict[type, tuple[type, ...]] = {Bounds: (float, int), MayBeInfinite: (float,), Text: (str,)}
 """The types that a note checks."""
+VARIABLE = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
 SHORTHAND = "shorthand"
 """The ClassVar of a dataclass that names the field that a text alone gives."""
 
@@ -202,11 +203,13 @@ def _check_making(cls: type) -> None:
     """Refuse a class that cannot be made of its fields; raises BadType."""
     parameters = inspect.signature(cls).parameters
     fields = [spec.name for spec in dataclasses.fields(cls)]
+    takes_any = any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters.values())
     for name in fields:
-        if name not in parameters:
+        if name not in parameters and not takes_any:
             raise BadType(f"{cls.__qualname__}.{name}: __init__ does not take it, so no reader could make the message")
     for name, parameter in parameters.items():
-        if name not in fields and parameter.default is parameter.empty:
+        is_needed = parameter.default is parameter.empty and parameter.kind not in VARIABLE
+        if name not in fields and is_needed:
             raise BadType(f"{cls.__qualname__}: __init__ takes {name!r}, which is no field and does not travel")
 
 

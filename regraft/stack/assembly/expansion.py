@@ -113,7 +113,7 @@ def robot_of(use: Use, known: Mapping[str, Node], report: Report) -> Robot:
     parameters = use.fields.get("parameters")
     given = parameters.value if parameters and isinstance(parameters.value, dict) else {}
     for name, node in given.items():
-        if name in NEVER_PARAMETERS or f"${name}".startswith(RUN_FOLDER) or not REFERENCE.fullmatch(f"${name}"):
+        if name in NEVER_PARAMETERS or f"${name}" == RUN_FOLDER or not REFERENCE.fullmatch(f"${name}"):
             problem = f"cannot name a parameter of a robot: ${name} must be a reference of its own"
             report.add_at(node.location, f"{use.path}.parameters.{name}", f"{name!r} {problem}")
     own = {ROBOT: Node(use.name, use.location)}

@@ -20,11 +20,6 @@ NEVER_PARAMETERS = (ROBOT, WORLD, ROBOTS)
 """Names of references that mean the same everywhere: a robot's parameters cannot have them."""
 
 
-def known_to(component: str, references: Mapping[str, Mapping[str, PlainValue]]) -> Mapping[str, PlainValue]:
-    """Return the values of the references that a component may use: its robot's, or those of the stack itself."""
-    return references.get(component.rpartition(".")[0]) or references.get("", {})
-
-
 def replaced(value: PlainValue, known: Mapping[str, PlainValue]) -> PlainValue:
     """Return a plain value with the values of ``known`` references; other texts stay as they are."""
     if isinstance(value, dict):

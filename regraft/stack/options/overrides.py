@@ -11,14 +11,13 @@ from regraft.bus_schema.errors import BadKey
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.constraints import split_parameter
 from regraft.bus_schema.suggestions import instead_of
-from regraft.stack.assembly.references import known_to, replaced
 from regraft.stack.checks import file_problems_of, stack_problems
 from regraft.stack.classes import describe_class
 from regraft.stack.relative_paths import with_absolute_paths
 from regraft.stack.sections.components import connections
 from regraft.stack.stack import Stack, time_source
 from regraft.stack.yaml.document import parse
-from regraft.stack.yaml.nodes import Location, Node, NumberTooLarge, moved, node_of, plain, scalar
+from regraft.stack.yaml.nodes import Location, Node, NumberTooLarge, moved, plain, scalar
 from regraft.stack.yaml.problems import Problem, StackError, fail
 
 
@@ -63,7 +62,7 @@ def apply_settings(stack: Stack, settings: Sequence[Setting], problems: Sequence
         StackError: with everything that is wrong, each naming where the value is given.
     """
     architecture, problems = stack.architecture, list(problems)
-    for setting in (_referred(stack, setting) for setting in settings):
+    for setting in settings:
         stack = stack.with_field(setting.keys, setting.value)
         architecture = _set(architecture, setting)
     for name in dict.fromkeys(setting.component for setting in settings):
@@ -81,13 +80,6 @@ def apply_settings(stack: Stack, settings: Sequence[Setting], problems: Sequence
     if problems:
         raise StackError(problems)
     return replace(stack, architecture=architecture)
-
-
-def _referred(stack: Stack, setting: Setting) -> Setting:
-    """Return a setting in which references that the component may use have their values; other texts stay."""
-    given = plain(setting.value)
-    meant = replaced(given, known_to(setting.component, stack.references))
-    return setting if meant == given else replace(setting, value=node_of(meant, setting.value.location))
 
 
 def with_seed(stack: Stack, seed: int) -> Stack:

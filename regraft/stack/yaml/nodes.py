@@ -111,15 +111,6 @@ def plain(node: Node) -> PlainValue:
     return node.value
 
 
-def node_of(value: PlainValue, location: Location) -> Node:
-    """Return a plain value with all of it at one location."""
-    if isinstance(value, dict):
-        return Node({key: node_of(part, location) for key, part in value.items()}, location)
-    if isinstance(value, list):
-        return Node(tuple(node_of(part, location) for part in value), location)
-    return Node(value, location)
-
-
 def moved(node: Node, location: Location) -> Node:
     """Return the value with all of it at one location."""
     if isinstance(node.value, dict):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from regraft import Component, Input
 from regraft.testing import Rig
 from tests.kit.parts import Number
@@ -52,3 +54,33 @@ def test_each_class_handles_an_inherited_input_in_its_own_way() -> None:
             component = rig.add(cls)
             rig.publish("heard", Number(1))
             assert component.calls == calls, cls
+
+
+def counted(function: Callable[..., None]) -> Callable[..., None]:
+    """Wrap a method as many a decorator does, without its name and marks."""
+
+    def call(*values: object) -> None:
+        function(*values)
+
+    return call
+
+
+class Wrapped(Component):
+    """Has a decorator outside of that of the handler."""
+
+    heard = Input(Number)
+
+    def __init__(self) -> None:
+        self.calls = 0
+
+    @counted
+    @heard.handler
+    def count(self, _: Number) -> None:
+        self.calls += 1
+
+
+def test_a_handler_may_have_other_decorators() -> None:
+    with Rig() as rig:
+        component = rig.add(Wrapped)
+        rig.publish("heard", Number(1))
+        assert component.calls == 1

@@ -161,6 +161,19 @@ def test_a_class_that_its_fields_do_not_make_is_refused(cls: type) -> None:
         message("tests/Unmade")(cls)
 
 
+@dataclass(frozen=True, init=False)
+class Lenient:
+    a: float
+
+    def __init__(self, *more: float, **values: float) -> None:
+        object.__setattr__(self, "a", values["a"])
+
+
+def test_a_class_that_takes_any_values_can_be_made_of_its_fields() -> None:
+    message("tests/Lenient")(Lenient)
+    assert codec.decode(codec.pack_plain({"a": 2.0}), Lenient).a == 2.0
+
+
 @dataclass(frozen=True, slots=True)
 class Picky:
     """Checks itself, and fails at that."""

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from regraft.bus_schema.model.architecture import ComponentSpec
-from regraft.stack import apply_overrides, apply_parameter_files, load
+from regraft.stack import load
 from regraft.stack.sections.components import in_run_folder
 from tests.stack.reading.folders import ROBOT, SINGLE, TWO, at, rovers, told
 
@@ -135,12 +135,7 @@ def test_only_the_folder_of_the_running_system_is_meant_by_its_name(tmp_path: Pa
     assert in_run_folder(spec, "/run").parameters == {"a": "/run", "b": "/run/x", "c": "$RUN-x", "d": "$RUNTIME"}
 
 
-def test_what_options_set_may_refer_to_the_stacks_values(tmp_path: Path) -> None:
-    signals = 'components:\n  signals: {class: "tests.stack.parts:Signals"}\n'
-    stack = load(rovers(tmp_path, robot=ROBOT.replace("components:\n", signals)))
-    (tmp_path / "given.yaml").write_text("left.navigator: {max_velocity: $speed}\n")
-    given = apply_parameter_files(apply_overrides(stack, ["left.signals.horn=$world"]), [tmp_path / "given.yaml"])
-    components = given.architecture.components
-    assert components["left.signals"].parameters["horn"] == str(tmp_path / "room.xml")
-    assert components["left.navigator"].parameters["max_velocity"] == 0.2
-    assert given.locations["components.left.navigator.parameters.max_velocity"].file == str(tmp_path / "given.yaml")
+def test_a_robot_may_have_a_parameter_whose_name_begins_as_that_of_the_folder(tmp_path: Path) -> None:
+    given = ROBOT.replace("speed: ", "RUNTIME: 3, speed: ", 1)
+    assert given != ROBOT
+    load(rovers(tmp_path, robot=given.replace("max_velocity: $speed", "max_velocity: $speed", 1)))
