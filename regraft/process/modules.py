@@ -120,6 +120,8 @@ def hidden_in(folder: Path, name: str, others: Collection[Path]) -> str:
     except (ImportError, ValueError):
         return ""
     known = [*(spec.submodule_search_locations or (spec.origin,))] if spec is not None else []
+    if spec is not None and spec.origin is None:  # folders without __init__.py are one package: the first one counts
+        known = [place for place in known if place and _other_file((), name, (Path(place).parent,))][:1]
     among = {Path(place).resolve().parent for place in known if place} & {other.resolve() for other in others}
     return _hides(package, _other_file(known, name, (folder,)) if among else None)
 

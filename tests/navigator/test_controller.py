@@ -205,6 +205,24 @@ WEAK = [Limits(1.0, 1.0, 0.3, 3.0, 1.2), Limits(1.5, 1.0, 0.4, 3.0, 1.8), Limits
 """Of robots that take longer than three seconds to stop."""
 
 
+@pytest.mark.parametrize("limits", [FAST, *WEAK])
+def test_pursuit_stops_at_the_end_of_the_path_however_weak_the_brakes_are(limits: Limits) -> None:
+    robot, path = Robot(ORIGIN, [], limits=limits), np.column_stack([np.linspace(0.0, 16.0, 321), np.zeros(321)])
+    for _ in range(1500):
+        twist = PursuitController().follow(Situation(robot.pose, robot.twist, NOTHING, limits), path).twist
+        robot.drive(twist.v, twist.w)
+        assert robot.pose.x < 16.1
+    assert robot.pose.position == pytest.approx((16.0, 0.0), abs=0.08)
+
+
+def test_pursuit_comes_back_to_an_end_that_it_has_passed() -> None:
+    robot, path = Robot(Pose2D(13.0, 0.0, 0.0), [], limits=FAST), np.array([[0.0, 0.0], [12.0, 0.0]])
+    for _ in range(100):
+        twist = PursuitController().follow(Situation(robot.pose, robot.twist, NOTHING, FAST), path).twist
+        robot.drive(twist.v, twist.w)
+    assert robot.pose.position == pytest.approx((12.0, 0.0), abs=0.1)
+
+
 @pytest.mark.parametrize("kind", [RolloutController, PursuitController])
 @pytest.mark.parametrize("limits", WEAK)
 def test_robot_with_weak_brakes_stops_before_a_wall(

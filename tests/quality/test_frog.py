@@ -159,14 +159,10 @@ def test_each_picture_takes_what_its_detector_reports() -> None:
     assert field.get("used") == pytest.approx(6.5 * 59.275)
 
 
-def test_what_pictures_take_is_unknown_while_an_entry_is_missing_and_is_counted_as_soon_as_it_is_there() -> None:
+def test_pictures_of_a_detector_that_reports_no_energy_take_what_frogs_do() -> None:
     field = frog("DetectPowerEfficiently", PAID, "<Spelt script='RSRSRS'/>")
+    assert field.quality("DetectPowerEfficiently").metric == 0.0
     field.put("paid", 3)
-    for _ in range(4):
-        field.tick()
-        told = field.quality("DetectPowerEfficiently")
-        assert (told.metric, told.satisfied) == (None, None)
-    field.put("energy", 59.275)
     field.tick()
     assert field.quality("DetectPowerEfficiently").metric == pytest.approx(3 * 59.275)
     assert field.get("left") == pytest.approx(7113.0 - 3 * 59.275)

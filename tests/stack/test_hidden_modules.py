@@ -115,6 +115,17 @@ def test_a_robots_module_that_another_robots_hides(tmp_path: Path, *, component:
     assert line.endswith(f"the module {name!r} hides right/{name}.py: rename that")
 
 
+def test_a_robots_module_in_a_folder_that_another_robot_has_too(tmp_path: Path) -> None:
+    for robot in ("left", "right"):
+        (tmp_path / robot / "robot_parts").mkdir(parents=True)
+        (tmp_path / robot / "robot_parts" / "turner.py").write_text(COMPONENT.replace("Howls.", robot))
+    (tmp_path / "right" / "robot_parts" / "own.py").write_text(COMPONENT)
+    shared, own = COMPONENTS.format("robot_parts.turner"), COMPONENTS.format("robot_parts.own")
+    (line,) = told(rovers(tmp_path, ROBOTS, left_robot=shared, right_robot=shared))
+    assert line.endswith("the module 'robot_parts' hides right/robot_parts/turner.py: rename that")
+    load(rovers(tmp_path, ROBOTS, left_robot=shared, right_robot=own))
+
+
 def test_two_robots_of_one_folder_share_its_module(tmp_path: Path) -> None:
     (tmp_path / "left").mkdir()
     (tmp_path / "left" / "turner_of_both.py").write_text(COMPONENT)

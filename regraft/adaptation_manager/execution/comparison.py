@@ -17,9 +17,10 @@ def tell_differences(
 
     Nothing is set: the readers of the events decide what to do.
     """
+    scopes = architecture.scopes
     for name, view in views.items():
         spec = architecture.components.get(name)
-        wrong = differences(view, values_of(spec, architecture.scopes)) if spec is not None else []
+        wrong = differences(view, values_of(spec, scopes)) if spec is not None else []
         if wrong:
             text = f"{'; '.join(wrong)} (revision {architecture.revision}): set it again, or restart the component"
             tell("architecture.differs", text)

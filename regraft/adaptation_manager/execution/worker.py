@@ -213,7 +213,7 @@ class Worker:
             await self._take_over(slot)
         if not entry.request.dry_run:
             self._store.ready()
-        if not self._all_ended:
+        if not self._all_ended and not entry.request.dry_run:
             await self._end_strangers(slot)
         if not entry.number and not entry.request.dry_run:
             entry.number = self._store.next_number()

@@ -281,7 +281,9 @@ async def end_strangers(context: ExecutionContext, tell: Callable[[str, str], ob
     names = sorted(known - context.after.components.keys() - {context.kit.name})
     there = [(name, host) for name in names for host in context.hosts.which_know(name)]
     ended = [await _end_or_tell(context, name, host, GRACE, tell) for name, host in there]
-    return all(ended)
+    return all(ended) and not any(
+        host in context.hosts.silent for name in names for host, _ in context.hosts.runs(name)
+    )
 
 
 async def _end_or_tell(

@@ -26,12 +26,16 @@ class DeviationCode(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Deviation:
-    """A row that does not come out again; ``measure`` is the one that differs, empty for the run as a whole."""
+    """A row that does not come out again; ``measure`` is the one that differs, empty for the run as a whole.
+
+    ``made_with`` are the versions in which the row was made, as far as they are others: they may be the reason.
+    """
 
     row: ResultRow
     code: DeviationCode
     text: str
     measure: str = ""
+    made_with: str = ""
 
 
 Say = Callable[[str], object]
@@ -68,6 +72,8 @@ def verify(rows: Sequence[ResultRow], folder: Path, say: Say, study: Study | Non
         differing = [again] if isinstance(again, Deviation) else deviations(row, again)
         found += differing
         outcome = "; ".join(each.text for each in differing) or "equal"
+        if differing and differing[0].made_with:
+            outcome += f" (the table was made with {differing[0].made_with}; others may round differently)"
         say(f"{number} of {len(rows)}: {row.configuration}, seed {row.seed}: {outcome}")
     return found
 
@@ -103,17 +109,18 @@ def _configuration(study: Study, row: ResultRow) -> Configuration:
 def deviations(row: ResultRow, again: ResultRow) -> list[Deviation]:
     """Return in what a run that was made again differs from its row."""
     found = []
+    made_with = ", ".join(each for each in row.versions.split(", ") if each not in again.versions.split(", "))
     if again.renderer != row.renderer:
         text = f"was made with the renderer {row.renderer or 'none'}, this machine has {again.renderer or 'none'}"
-        found.append(Deviation(row, DeviationCode.RENDERER, text))
+        found.append(Deviation(row, DeviationCode.RENDERER, text, made_with=made_with))
     if again.digest != row.digest:
         text = f"the digest is {again.digest[:12]}, the table has {row.digest[:12]}"
-        found.append(Deviation(row, DeviationCode.DIGEST, text))
+        found.append(Deviation(row, DeviationCode.DIGEST, text, made_with=made_with))
     for name in dict.fromkeys((*row.measures, *again.measures)):
         was, is_now = row.measures.get(name), again.measures.get(name)
         if _shown(was) != _shown(is_now):
             text = f"{name} is {_shown(is_now)}, the table has {_shown(was)}"
-            found.append(Deviation(row, DeviationCode.MEASURE, text, name))
+            found.append(Deviation(row, DeviationCode.MEASURE, text, name, made_with))
     return found
 
 

@@ -119,7 +119,9 @@ class Robots:
         for patch in patches[1:]:
             document = merge(document, patch, self.report)
         assert isinstance(document.value, dict)
-        placed = {key: before.fields[key] for key in PLACES if before and key in before.fields}
+        # Without a model the robot stands in the world's file, at a place of its own.
+        places = PLACES if before and "model" in document.value else ()
+        placed = {key: before.fields[key] for key in places if before and key in before.fields}
         return Use(name, location, Location(str(file), 1), document.value | placed)
 
     def _instead_of(self, name: str) -> str:

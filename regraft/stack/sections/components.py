@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from regraft.bus_schema.annotations import Connections, PlainValue
-from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, scopes_in
 from regraft.bus_schema.model.description import Description
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.robots.scopes import in_scope, scope_of, service_in_scope
@@ -79,9 +79,10 @@ def read_connections(table: Section, spec: ComponentSpec, architecture: Architec
 def connections(spec: ComponentSpec, architecture: Architecture, given: Mapping[str, str | None]) -> Connections:
     """Return the topic of every port: the given one, or its own if it has to have one or the system has that topic.
 
-    A port that a parameter asks for has to have one: it was meant. Its own topic is one of the component's scope.
+    A port that a parameter asks for has to have one: it was meant. Its own topic is one of the component's scope. A
+    robot without topics has the topics of all.
     """
-    scope = scope_of(spec.name, architecture.scopes)
+    scope = scope_of(spec.name, scopes_in(architecture.topics)) if "." in spec.name else ""
     ports = spec.description.ports if spec.description else ()
     own = {port.name: (in_scope(scope, port.topic), port.required or bool(port.origin)) for port in ports}
     known = {*architecture.topics, *SYSTEM_TOPICS}
@@ -95,7 +96,7 @@ def read_services(table: Section, spec: ComponentSpec, architecture: Architectur
 
 def services(spec: ComponentSpec, architecture: Architecture, given: Mapping[str, str]) -> dict[str, str]:
     """Return the name under which every service is offered: the given one, or its own in the component's scope."""
-    scope = scope_of(spec.name, architecture.scopes)
+    scope = scope_of(spec.name, architecture.scopes) if "." in spec.name else ""
     offered = spec.description.services if spec.description else ()
     return {service.name: service_in_scope(spec.name, scope, service.name) for service in offered} | dict(given)
 

@@ -205,14 +205,13 @@ class DetectPowerEfficiently(TaskLevelQR):
     higher_is_better = False
 
     paid = Input(int, description="how many pictures of the last call have taken the robot's energy")
-    picture_energy = Input(float, default=PICTURE_ENERGY, description="what each of them has taken, in J")
+    picture_energy = Input(float, default=PICTURE_ENERGY, description="what each has taken, in J, if that is reported")
     budget = Input(float, default=BUDGET, description="what all may take, in J")
     energy_left = Output(float, description="what is left of the budget, in J; less than 0 if it was overdrawn")
 
     def __init__(self, setup: NodeSetup, context: QualityTeller) -> None:
         super().__init__(setup, context)
         self._answers: Writes | None = None
-        self._is_answered = False
         self._paid: Counter[float] = Counter()
 
     def data_ports(self) -> tuple[str, ...]:
@@ -222,17 +221,12 @@ class DetectPowerEfficiently(TaskLevelQR):
     def on_start(self) -> None:
         """Wait for the next answer, and report what is left for it."""
         self._answers = Writes(self, "paid")
-        if not self._is_answered:
-            self._tell_left()
+        self._tell_left()
 
     def measure(self) -> float | None:
-        """Return the energy so far; it is unknown until the last answer can be read."""
+        """Return the energy so far."""
         if self._answers is not None and self._answers.are_new():
-            self._is_answered = True
-        if self._is_answered:
-            pictures, energy = self.paid_pictures(), self.picture_energy
-            self._is_answered = False
-            self._paid[energy] += pictures
+            self._paid[self.read_port_or("picture_energy", PICTURE_ENERGY)] += self.paid_pictures()
         self._tell_left()
         return self._taken()
 

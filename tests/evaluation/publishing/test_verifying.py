@@ -8,6 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from regraft.evaluation.results.table import read_table
+from regraft.evaluation.runs.fingerprint import versions
 from tests.evaluation.app import command_line
 
 pytestmark = pytest.mark.slow
@@ -68,6 +69,17 @@ def test_a_changed_definition_and_a_changed_row_are_found(results: Path, tmp_pat
     code, told = verify(of_fast(results, tmp_path, f",{value}", f",{value}1"))
     assert code == 1
     assert f"the table has {value}1" in told
+
+
+def test_a_run_that_differs_is_shown_with_the_processor_that_the_table_was_made_with(
+    results: Path, tmp_path: Path
+) -> None:
+    processor = f"processor {versions()['processor']}"
+    other = of_fast(results, tmp_path, processor, "processor Abacus 3")
+    assert verify(other)[0] == 0
+    code, told = verify(other, "tests.evaluation.tiny:CONSTANT_CHANGED")
+    assert code == 1
+    assert "the table was made with processor Abacus 3" in told
 
 
 def test_a_row_of_an_arm_that_is_gone_is_refused(results: Path, tmp_path: Path) -> None:

@@ -268,7 +268,7 @@ def test_a_wrong_use_is_refused_in_the_stack_file(tmp_path: Path, old: str, new:
         ),
         ("{limit: $speed}", "[3]", "4: robots.left.devices.drive.parameters: must be a map, is a list"),
         ("speed: 0.2", "robot: 0.2", "2: robots.left.parameters.robot: 'robot' cannot name a parameter of a robot"),
-        ("speed: 0.2", "RUNS: 0.2", "2: robots.left.parameters.RUNS: 'RUNS' cannot name a parameter of a robot"),
+        ("speed: 0.2", "RUN: 0.2", "2: robots.left.parameters.RUN: 'RUN' cannot name a parameter of a robot"),
     ],
 )
 def test_a_wrong_robot_is_refused_in_its_own_file(tmp_path: Path, old: str, new: str, problem: str) -> None:

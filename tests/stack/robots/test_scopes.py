@@ -57,6 +57,12 @@ def test_a_component_that_is_added_to_a_robot_without_topics_has_the_names_of_th
     assert connections(spec, known, {}) == {"clock_like": "clock_like"}
 
 
+def test_the_ports_of_a_robot_without_topics_have_the_topics_of_all() -> None:
+    spec = ComponentSpec("rescuer.navigator", description=describe(Navigator))
+    known = with_topics("odometry", "scan", "velocity", robots=("rescuer",))
+    assert connections(spec, known, {}) == {"odometry": "odometry", "scan": "scan", "velocity": "velocity"}
+
+
 def test_a_default_topic_may_be_shared() -> None:
     spec = ComponentSpec("rescuer.signals", description=describe(Signals))
     assert connections(spec, with_topics("rescuer/scan", "clock_like"), {}) == {"clock_like": "clock_like"}

@@ -82,10 +82,13 @@ class Manoeuvres:
     def foresight(self, now: Situation) -> float:
         """Return how far (s) forecasts reach: at full speed the robot can stop before all that they show."""
         limits = now.limits
-        braking = max(limits.max_velocity / limits.acceleration, limits.max_turn_rate / limits.turn_acceleration)
+        fastest, quickest = max(limits.max_velocity, abs(now.twist.v)), max(limits.max_turn_rate, abs(now.twist.w))
+        braking = max(fastest / limits.acceleration, quickest / limits.turn_acceleration)
         # A robot that brakes evenly gets half as far as one that does not.
         needed = braking / 2 + REACTION + now.period
-        return self.horizon if needed <= self.horizon else min(math.ceil(needed / self.step) * self.step, LONGEST)
+        if needed <= self.horizon:
+            return self.horizon
+        return max(self.horizon, min(math.ceil(needed / self.step) * self.step, LONGEST))
 
     def forecast(self, now: Situation, targets: tuple[FloatArray, FloatArray]) -> Rollouts:
         """Return where the robot gets by each of the target twists (v, w), each (N,)."""

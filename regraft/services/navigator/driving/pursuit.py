@@ -13,6 +13,7 @@ import numpy as np
 
 from regraft.planar import FloatArray, Twist2D
 from regraft.services.navigator.driving.local_controller import TURN_FROM, TURN_UNTIL, Decision, Manoeuvres, Situation
+from regraft.services.navigator.driving.robot import Limits
 from regraft.services.navigator.polyline import lengths_along, points_along, stretch_ahead
 
 # Points of the path (m ahead) to steer to: the farthest whose arc is free, as near ones are hunted nervously.
@@ -24,6 +25,7 @@ WIDE_CURVE = 0.5  # m: narrower ones are driven slower
 ROOMY = 0.25  # m: nearer obstacles slow the robot
 SLOWEST = 0.25  # of the speed allowed, however tight it is
 BRAKING = 1.0  # 1/s: speed for each metre that is left to the end of the path
+SOFT = 0.7  # of the acceleration that the drive has: so much is meant to brake at the end
 CREEP = 0.03  # m/s, or the end would never be reached
 MISALIGNED = 0.15  # rad: with no arc free, turning to the path by less would change nothing
 
@@ -36,7 +38,7 @@ class PursuitController:
 
     def follow(self, now: Situation, path: FloatArray, turning: bool = False) -> Decision:
         """Choose the twist that brings the robot along `path` (N, 2)."""
-        stretch = max(SHORTEST_STRETCH, now.limits.max_velocity / BRAKING)
+        stretch = max(SHORTEST_STRETCH, now.limits.max_velocity / BRAKING, _braking_distance(now.limits))
         ahead = now.pose.inward(stretch_ahead(path, now.pose, stretch))
         carrots = points_along(ahead, _look_ahead(stretch))
         bearing = math.atan2(carrots[1, 1], carrots[1, 0])
@@ -44,21 +46,20 @@ class PursuitController:
             turn = self.manoeuvres.turn_by(now, bearing)
             if not turn.blocked:
                 return turn
-        decision = self._pursue(now, carrots, _left(ahead, stretch))
+        decision = self._pursue(now, carrots, _slow_end(ahead, stretch, now.limits))
         nearest = math.atan2(carrots[-1, 1], carrots[-1, 0])
         if decision.blocked and abs(nearest) > MISALIGNED:
             return self.manoeuvres.turn_by(now, nearest)
         return decision
 
-    def _pursue(self, now: Situation, carrots: FloatArray, left: float) -> Decision:
-        """Choose the fastest free arc to one of the points (N, 2); `left` (m) is the way to the path's end."""
+    def _pursue(self, now: Situation, carrots: FloatArray, slow_end: float) -> Decision:
+        """Choose the fastest free arc to one of the points (N, 2), at `slow_end` (m/s) at most."""
         doing, greatest = self.manoeuvres, now.limits.max_velocity
         if greatest == 0.0:
             return doing.stop(now)
         curvatures = 2.0 * carrots[:, 1] / np.maximum((carrots * carrots).sum(axis=1), 1e-4)
         points = doing.near(now, doing.foresight(now) * greatest)
         tightness = min(max((doing.gap(points) - doing.margin) / ROOMY, SLOWEST), 1.0)
-        slow_end = max(BRAKING * left, CREEP)
         in_curve = np.minimum(1.0 / np.maximum(np.abs(curvatures) * WIDE_CURVE, 1e-9), 1.0)
         speeds = np.minimum(greatest * tightness * np.maximum(in_curve, SLOWEST), slow_end)
         v = (SHARES[:, None] * speeds).ravel()
@@ -86,12 +87,18 @@ def _look_ahead(stretch: float) -> FloatArray:
     return LOOK_AHEAD
 
 
-def _left(ahead: FloatArray, stretch: float) -> float:
-    """Return how far (m) the end of a path is: `ahead` (N, 2), in the base frame, is its next `stretch` (m).
+def _braking_distance(limits: Limits) -> float:
+    return limits.max_velocity**2 / (2.0 * SOFT * limits.acceleration)
+
+
+def _slow_end(ahead: FloatArray, stretch: float, limits: Limits) -> float:
+    """Return how fast (m/s) to drive towards the end of a path, whose next `stretch` (m) is `ahead` (N, 2; base frame).
 
     A longer path counts as one of that length. For slow robots the shortest stretch will do. They take the straight
     distance, since the way along the path would change every recorded run of theirs.
     """
+    left = float(np.hypot(ahead[-1, 0], ahead[-1, 1]))
     if stretch > SHORTEST_STRETCH:
-        return float(lengths_along(ahead)[-1])
-    return float(np.hypot(ahead[-1, 0], ahead[-1, 1]))
+        left = max(left, float(lengths_along(ahead)[-1]))  # a robot that has passed the end is as far from it
+        return max(min(BRAKING * left, math.sqrt(2.0 * SOFT * limits.acceleration * left)), CREEP)
+    return max(BRAKING * left, CREEP)

@@ -20,7 +20,9 @@ GRID_BASED: Final = "GridBased"
 STATIC_GRID: Final = "StaticGrid"
 """Around the obstacles of the map alone."""
 AT_ONCE: Final = 50
-"""Goals to which the ways are found without a pause."""
+"""Goals to which the ways are found without a pause, on small maps."""
+CELLS_AT_ONCE: Final = 4_000_000
+"""Cells of maps, one for each goal, in which ways are found without a pause: a second of work."""
 PLANNERS: Final = (GRID_BASED, STATIC_GRID)
 
 
@@ -49,13 +51,14 @@ class PathFinder:
     ) -> Path:
         """Return the path from ``start`` through ``goals``; raises PlanningFailed.
 
-        After every `AT_ONCE` goals there is a ``pause``, in which others may do something.
+        After so many goals there is a ``pause``, in which others may do something: after fewer on a large map.
         """
+        at_once = max(1, min(AT_ONCE, CELLS_AT_ONCE // self.planner.grid.cells.size))
         legs: list[Path] = []
         here = start.position
         length = 1
         for number, goal in enumerate(goals):
-            if number and number % AT_ONCE == 0:
+            if number and number % at_once == 0:
                 await pause()
             try:
                 check_frame(f"goal {number + 1}", goal.frame)
