@@ -22,8 +22,8 @@ from regraft.component.reserved import check_attributes
 
 SHORTEST_PERIOD = 0.01
 """Seconds: a component that measures or saves its state more often does little else."""
-PERIODS = dict.fromkeys(("evaluate_every", "checkpoint_every"), ", or None for never") | {"handler_timeout": ""}
-"""The attributes of a class that state a time, and what else each may be."""
+OR_NEVER = ", or None for never"
+PERIODS = {"evaluate_every": OR_NEVER, "checkpoint_every": OR_NEVER, "handler_timeout": ""}
 InputQualities = Mapping[str, Mapping[str, float]]
 """The qualities of what feeds a component, by input port and quality."""
 

@@ -171,7 +171,7 @@ def test_a_camera_that_draws_again_reports_that_it_is_well(monkeypatch: pytest.M
                 raise LookupError("the moment is gone")
             return draw(state)
 
-        eye.render = render  # type: ignore[method-assign]
+        monkeypatch.setattr(eye, "render", render)
         return eye
 
     monkeypatch.setattr(world_camera, "make_camera", failing)

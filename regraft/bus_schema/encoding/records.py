@@ -21,8 +21,13 @@ from regraft.bus_schema.errors import BadMessage, BadType
 from regraft.bus_schema.former_names import present_name
 from regraft.bus_schema.suggestions import near
 
-FITTING: dict[type, tuple[type, ...]] = {Bounds: (float, int), MayBeInfinite: (float,), Text: (str,)}
-"""The types that a note checks."""
+FITTING: dict[type, tuple[type, ...]] = {
+    Bounds: (float, int),
+    MayBeInfinite: (float,),
+    Text: (str,),
+    OneOf: (Enum,),
+}
+"""The types of which a note checks the values."""
 VARIABLE = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
 SHORTHAND = "shorthand"
 """The ClassVar of a dataclass that names the field that a text alone gives."""
@@ -278,10 +283,9 @@ def _array(hint: Any, layout: Array) -> Shape:
 
 def _check_notes(hint: Any, notes: tuple[Any, ...]) -> None:
     """Refuse a note that would check nothing; raises BadType."""
+    kind = Enum if isinstance(hint, type) and issubclass(hint, Enum) else hint
     for note in notes:
-        fitting = FITTING.get(type(note))
-        fits = hint in fitting if fitting else isinstance(hint, type) and issubclass(hint, Enum)
-        if not fits and (fitting or isinstance(note, OneOf)):
+        if kind not in FITTING.get(type(note), (kind,)):
             raise BadType(f"{type(note).__name__} checks nothing of {hint!r}")
 
 

@@ -180,7 +180,8 @@ def _announce(own: Assignment, text: str, as_json: bool) -> None:
 def _end_after(info: RunInfo) -> None:
     """End this process once the run of the system has ended: its hub does not come back.
 
-    Its process may stay as a zombie, or another one may get its number.
+    Its process may stay as a zombie, or another one may get its number. The lock of its folder is looked at from time
+    to time: a wait in the kernel would end with holding it.
     """
     while run_directory.continues(info):
         time.sleep(LOOK_INTERVAL)

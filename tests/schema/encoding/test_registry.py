@@ -192,7 +192,7 @@ def test_whatever_a_class_raises_readers_get_that_the_message_is_bad() -> None:
         codec.from_plain({"number": 0}, Picky)
 
 
-class Gear(str, Enum):  # noqa: UP042
+class Gear(str, Enum):  # noqa: UP042 (authors write it so, and a StrEnum has another text)
     """As many write it: its text is ``Gear.LOW``, its value is not."""
 
     LOW = "low"
