@@ -48,10 +48,11 @@ RUN_ENDED = "its run has ended"
 class Coordinator:
     """The coordinator's side of the protocol, for one run of the time source."""
 
-    def __init__(self, runtime: Runtime) -> None:
+    def __init__(self, runtime: Runtime, period: int) -> None:
+        """Keep time in ticks of ``period`` nanoseconds."""
         publisher = ClockPublisher(runtime.bus)
         self.membership = Membership()
-        self.moment = Moment()
+        self.moment = Moment(period)
         self._runtime = runtime
         self._keys = runtime.keys
         self._inbox = SourceInbox(runtime)
@@ -223,7 +224,6 @@ class Coordinator:
             member.due = member.due or (member.next_wake is not None and member.next_wake <= self.moment.time)
         self.run_rounds(first=True)
         self.run_slots()
-        self.moment.tick += 1
         self.tell_time()
 
     def run_rounds(self, *, first: bool = False) -> None:

@@ -68,14 +68,14 @@ class SourceLoop:
         runtime = self._runtime
         runtime.declare()
         reach(runtime, State.INACTIVE)
-        coordinator = self._coordinator = Coordinator(runtime)
+        period = round(1e9 / self._source.tick_rate)
+        coordinator = self._coordinator = Coordinator(runtime, period)
         reach(runtime, runtime.assignment.state)
         coordinator.moment.time = self._clock.now()
         coordinator.declare()
         try:
             self._wait_for_members(coordinator)
-            coordinator.moment.tick = round(coordinator.moment.time / 1e9 * self._source.tick_rate)
-            self._tick_until_finalized(coordinator)
+            self._tick_until_finalized(coordinator, period)
         finally:
             coordinator.close()
 
@@ -87,8 +87,7 @@ class SourceLoop:
         coordinator.run_tick(lambda: None)
         coordinator.run_slots()
 
-    def _tick_until_finalized(self, coordinator: Coordinator) -> None:
-        period = round(1e9 / self._source.tick_rate)
+    def _tick_until_finalized(self, coordinator: Coordinator, period: int) -> None:
         end = self._runtime.assignment.duration
         pace = self._begin_pace(coordinator)
         self._first_tick = self._first_tick_of_the_run()

@@ -27,10 +27,15 @@ FORGETS_SLOWLY = 0.8
 
 @dataclass(slots=True)
 class Moment:
-    """The present simulated time: the tick, and nanoseconds since the start."""
+    """The present simulated time, in nanoseconds since the start; a tick adds ``period``."""
 
-    tick: int = 0
+    period: int
     time: int = 0
+
+    @property
+    def tick(self) -> int:
+        """The number of the tick that ends at this time. It lasts until the next begins; before the first it is 0."""
+        return max(0, (self.time - 1) // self.period)
 
 
 class StepDispatcher:

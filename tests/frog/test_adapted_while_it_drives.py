@@ -71,7 +71,7 @@ def test_a_deactivated_component_is_silent_and_comes_back(frog: Frog) -> None:
     wait_until(lambda: states, "the battery")
     answer = frog.rest.post("/components/battery/transition", json={"transition": "deactivate"})
     assert answer.json()["outcome"] == "applied"
-    silent_from = (answer.json()["tick"] + 0.5) * TICK
+    silent_from = (answer.json()["tick"] + 1.5) * TICK  # tick n ends after n + 1 periods
     frog.wait_for_time(5.0)
     assert not [state for state in states if state.stamp > silent_from]
     said = len(states)

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 import pytest
 
-from regraft import Component, Input, Parameter, every
+from regraft import Component, Input, Parameter, every, service
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.protocol.clock import CauseCode, Join
 from regraft.bus_schema.messages.protocol.control import ResentSample
@@ -79,6 +79,22 @@ class Limiter(Component):
         await self.kit.sleep(self.seconds)
 
 
+class Dial(Component):
+    """Notes which tick it is at which time, in its steps and when anybody asks."""
+
+    def __init__(self) -> None:
+        self.seen: set[tuple[int, int | None]] = set()
+
+    @every(seconds=0.05)
+    def look(self) -> None:
+        self.seen.add((round(self.kit.now() * 1000), self.kit.tick))
+
+    @service("look")
+    def look_for(self, asked: Text) -> Text:
+        self.look()
+        return asked
+
+
 EVERYBODY = ("adviser", "clerk", "pusher", "witness")
 
 
@@ -111,7 +127,7 @@ def _digest(kind: str, goal: float = 3.0) -> str:
         steps.start_world(TinyWorld, EVERYBODY, 5.0)
         told = steps.wait_finished()
         assert told.reproducible
-        assert told.tick == 100
+        assert (told.tick, told.time) == (99, 5_000_000_000)
         witness: Witness = steps.component("witness")
         assert len([entry for entry in witness.seen if entry[0] == "position"]) >= 90
         assert len([entry for entry in witness.seen if entry[0] == "push"]) >= 45
@@ -186,6 +202,26 @@ def test_a_component_that_is_never_stepped_knows_the_time_in_its_slot(steps: Ste
     steps.wait_for_time(2.0)
     told = steps.told()
     assert steps.client.call("advise", Reading(0.0, 1.0), Reading, PATIENCE).stamp >= told.time / 1e9
+
+
+def test_a_tick_has_one_number_also_for_what_comes_before_the_next(steps: StepSite) -> None:
+    steps.start(Dial, "dial")
+    steps.start_world(TinyWorld, ("dial",), 1.0)
+    steps.wait_finished()
+    assert steps.client.call("look", Text("late"), Text, PATIENCE)
+    assert steps.component("dial").seen == {(50 * (n + 1), n) for n in range(20)}
+
+
+def test_a_new_source_of_time_counts_on(steps: StepSite) -> None:
+    steps.start(Dial, "dial")
+    steps.start_world(TinyWorld, ("dial",), 3600.0)
+    steps.wait_for_time(1.0)
+    steps.end("world")
+    last = steps.component("dial").kit.now()
+    steps.start(TinyWorld, "world", incarnation=2, members=("dial",), parameters={"speed": "max"})
+    steps.wait_for_time(last + 2.0)
+    seen = sorted(steps.component("dial").seen)
+    assert seen == [(50 * (n + 1), n) for n in range(len(seen))]
 
 
 def test_outsiders_are_answered_while_time_stands_still(steps: StepSite) -> None:

@@ -186,6 +186,7 @@ class RunCause:
 class ClockTime:
     """Simulated time for onlookers: tick, time, members, speed against the wall clock, whether the run is repeatable.
 
+    ``tick`` is the number of the tick that ends at ``time``, in ns since the start; it lasts until the next begins.
     ``wall`` is the wall-clock time since the first tick, also after the source has died and was restarted. ``causes``
     are the first causes why the run is not repeatable, in their order.
     """
