@@ -14,7 +14,7 @@ from regraft.stack.sections.components import connections, services
 def successor(change: Swap, old: ComponentSpec, described: ComponentSpec, architecture: Architecture) -> ComponentSpec:
     """Return the spec after a swap: with what the old one had and the new class has too, where the swap gives nothing.
 
-    ``described`` is the new spec with its class's description.
+    ``described`` is the new spec with its class's description, and with what the class takes from the robot.
     """
     description = described.description
     assert description is not None
@@ -22,13 +22,14 @@ def successor(change: Swap, old: ComponentSpec, described: ComponentSpec, archit
     values = {
         name: value for name, value in old.parameters.items() if _same_parameter(old.description, description, name)
     }
+    taken = {name: value for name, value in described.parameters.items() if name not in old.parameters}
     offered = {offered.name for offered in description.services}
     named = {name: service for name, service in old.services.items() if name in offered}
     new = replace(
         old,
         cls=described.cls,
         host=described.host,
-        parameters=values | {name: described.parameters[name] for name in change.parameters},
+        parameters=values | taken | {name: described.parameters[name] for name in change.parameters},
         description=description,
     )
     return replace(

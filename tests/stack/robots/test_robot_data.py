@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from regraft.bus_schema.model.adaptation import Swap
 from regraft.stack import Stack, StackError, apply_overrides, load
+from regraft.stack.describing import Surroundings, describe_component
+from regraft.stack.successor import successor
 from tests.stack.reading.folders import write_all
 from tests.support.paths import ROOT
 
@@ -104,6 +108,16 @@ def test_a_class_that_a_mode_adds_drives_no_faster_than_a_slow_robot(tmp_path: P
     mode = f"{SINGLE}modes:\n  quick:\n    - {ADDED.replace('SPEED', '0.2')}\n"
     slow = ROBOT.replace("max_velocity: 0.5", "max_velocity: 0.1")
     assert "0.2: must be at most 0.1 m/s" in refusal(tmp_path, mode, slow)
+
+
+def test_a_successor_has_the_data_that_its_class_alone_takes(tmp_path: Path) -> None:
+    spare = "components:\n  spare: {class: 'tests.estimation.parts:Source', parameters: {rate: 5.0}}\n"
+    loaded = stack(tmp_path, f"system: one\nrobot: rover\n{spare}topics: {{made: regraft/Twist}}\n")
+    old, surroundings = loaded.architecture.components["spare"], Surroundings(tmp_path, "/run", loaded.references)
+    change = Swap("spare", "tests.estimation.parts:Round", {"largest": 0.4})
+    wanted = replace(old, cls=change.cls, parameters=old.parameters | change.parameters, description=None)
+    described = describe_component(wanted, surroundings).spec
+    assert successor(change, old, described, loaded.architecture).parameters == {"radius": 0.3, "largest": 0.4}
 
 
 def test_a_robot_that_lacks_what_a_component_takes_is_refused_by_its_file(tmp_path: Path) -> None:
