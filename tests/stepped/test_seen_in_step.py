@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from regraft import Component, Input, Parameter, every
+from regraft import Quality as MeasuredQuality
 from regraft.bus.interface import Sample
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.health import Level
@@ -15,9 +16,10 @@ from regraft.bus_schema.messages.management.system import (
     SystemStates,
 )
 from regraft.bus_schema.messages.quality import Quality
+from regraft.bus_schema.model.scheduled_faults import FaultKind, ScheduledFault
 from tests.stepped.parts import Reading, TinyWorld
 from tests.support.stepped.step_site import StepSite
-from tests.support.waiting import wait_until
+from tests.support.waiting import PATIENCE, wait_until
 
 TOPICS = {name: f"system/{name}" for name in ("states", "faults", "diagnostics", "qualities")}
 Seen = list[tuple[float, str, str]]
@@ -117,6 +119,74 @@ def test_a_failure_is_seen_in_its_tick_with_the_state_that_it_left(steps: StepSi
 
 def test_an_exception_of_a_handler_is_news_in_its_tick_and_does_not_stay(steps: StepSite) -> None:
     assert (0.5, "faults", "ailing:raised; 0 present") in _run(steps)
+
+
+class Stumbling(Component):
+    """Raises far more often in a tick than anybody wants to read, and then fails."""
+
+    def __init__(self) -> None:
+        self.stumbled = 0
+
+    @every(seconds=0.5)
+    def work(self) -> None:
+        for _ in range(150):
+            self.kit.spawn(self.stumble())
+
+    async def stumble(self) -> None:
+        self.stumbled += 1
+        if self.stumbled == 150:
+            self.kit.fail("too often")
+        raise RuntimeError("a hiccup")
+
+
+def test_a_failure_is_seen_behind_any_number_of_exceptions(steps: StepSite) -> None:
+    steps.start(Stumbling, "stumbling")
+    steps.start(Watcher, "watcher", connections=TOPICS)
+    steps.start_world(TinyWorld, ("stumbling", "watcher"), 2.0)
+    assert steps.wait_finished().reproducible
+    (news,) = (text for when, topic, text in steps.component("watcher").seen if (when, topic) == (0.5, "faults"))
+    assert news.count(":raised") == 100
+    assert news.endswith("stumbling:failed; 1 present")
+
+
+FAULT = ScheduledFault(0.5, "looker", FaultKind.EXCEPTION)
+
+
+class Looker(Component):
+    """Looks every 2 s, and measures and keeps its state more often."""
+
+    checkpoint_every = 0.1
+    sharpness = MeasuredQuality(unit="px", better="higher")
+
+    @every(seconds=2.0)
+    def look(self) -> None: ...
+
+    def snapshot(self) -> int:
+        return 0
+
+    def restore(self, state: int) -> None: ...
+
+    def evaluate(self) -> dict[str, float]:
+        return {"sharpness": 1.0}
+
+
+class Saboteur(Component):
+    """Has the looker's next handler raise, as its host does."""
+
+    @every(seconds=FAULT.at)
+    async def inject(self) -> None:
+        async with self.kit.exclusive():
+            await self.kit.ask(f"{self.kit.system}/component/looker/1/fault", codec.encode(FAULT), PATIENCE)
+
+
+def test_an_exception_on_the_schedule_is_that_of_a_handler(steps: StepSite) -> None:
+    steps.start(Looker, "looker", faults=(FAULT,))
+    steps.start(Saboteur, "saboteur")
+    steps.start(Watcher, "watcher", connections=TOPICS)
+    steps.start_world(TinyWorld, ("looker", "saboteur", "watcher"), 3.0)
+    assert steps.wait_finished().reproducible
+    seen: Seen = steps.component("watcher").seen
+    assert [each for each in seen if "raised" in each[2]] == [(2.0, "faults", "looker:raised; 0 present")]
 
 
 def test_diagnostics_and_qualities_are_seen_in_the_tick_in_which_they_are_reported(steps: StepSite) -> None:

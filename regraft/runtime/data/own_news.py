@@ -11,7 +11,7 @@ from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.system_topics import DIAGNOSTICS, MEASUREMENTS, QUALITIES
 
 MAX_FAULTS = 100
-"""Faults in one acknowledgement: further ones of a handler that always raises add nothing."""
+"""Faults in one acknowledgement beyond which no exceptions are noted: those of a handler that always raises."""
 MAX_KEPT = 1000
 """Subjects, and requirements, of which the latest is kept for a reader that comes later."""
 
@@ -38,7 +38,7 @@ class OwnNews:
 
     def fault(self, status: ComponentStatus, stamp: float, kind: SystemFaultKind, text: str, code: str = "") -> None:
         """Note a fault, or that one is over."""
-        if len(self._faults) < MAX_FAULTS:
+        if kind is not SystemFaultKind.RAISED or len(self._faults) < MAX_FAULTS:
             self._faults.append(SystemFault(stamp, status.component, status.incarnation, kind, text, code))
 
     def diagnostic(self, diagnostic: Diagnostic) -> None:

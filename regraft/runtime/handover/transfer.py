@@ -100,7 +100,7 @@ class Transfer:
         Raises:
             Exception: the class does not take the state, or could not be activated.
         """
-        self._checkpoints.take_assigned()  # older than what is handed over
+        self._checkpoints.forget_assigned()  # older than what is handed over
         # Before all that may fail: a frozen run that cannot take over speaks again, behind what its successor has put.
         self._parts.writers.go_on_from(handed.writes)
         if with_state and type(self._parts.component).restore is not Component.restore:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import type_of
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.protocol.control import ControlCode, Snapshot
-from regraft.component.component import Component
+from regraft.component.component import Component, restore_state
 from regraft.runtime.core.control_refusal import ControlRefused
 from regraft.runtime.lifecycle.state_size import check_size
 from regraft.runtime.parts import Parts
@@ -18,6 +19,7 @@ class Checkpoints:
     def __init__(self, parts: Parts) -> None:
         self._parts = parts
         self._assigned = parts.assignment.checkpoint
+        self._taken: Snapshot | None = None
 
     @property
     def keeps_state(self) -> bool:
@@ -27,11 +29,13 @@ class Checkpoints:
     def snapshot(self, *, with_state: bool = True) -> Snapshot:
         """Return the component's state, if it is wanted, and the position of its numbering.
 
+        A component that has not been activated yet still has the state of its assigned checkpoint.
+
         Raises:
             ControlRefused: the state is too large.
         """
         parts = self._parts
-        state = parts.component.snapshot() if with_state else None
+        state = self._state() if with_state else None
         try:
             check_size(state)
         except BadMessage as error:
@@ -44,6 +48,13 @@ class Checkpoints:
             state,
             parts.writers.sequences(),
         )
+
+    def _state(self) -> PlainValue:
+        component, kept = self._parts.component, self._assigned
+        if kept is not None and kept.version == type(component).state_version:
+            return kept.state
+        self.restore_assigned()  # if its version is one that the class converts
+        return component.snapshot()
 
     @staticmethod
     def encoded(snapshot: Snapshot) -> bytes:
@@ -62,9 +73,17 @@ class Checkpoints:
         key = self._parts.keys.checkpoint(self._parts.assignment.name)
         self._parts.reporter.put(key, type_of(Snapshot), self.encoded(snapshot))
 
-    def take_assigned(self) -> Snapshot | None:
-        """Return the checkpoint that came with the assignment, once, if this class can restore it."""
-        checkpoint, self._assigned = self._assigned, None
-        if checkpoint is None or checkpoint.version not in type(self._parts.component).restorable_versions():
-            return None
-        return checkpoint
+    def restore_assigned(self) -> None:
+        """Give the component the state of the checkpoint that came with the assignment, once, if its class takes it."""
+        component, checkpoint = self._parts.component, self._assigned
+        self._assigned, self._taken = None, checkpoint
+        if checkpoint is not None and checkpoint.version in type(component).restorable_versions():
+            restore_state(component, checkpoint.state, checkpoint.version)
+
+    def forget_assigned(self) -> None:
+        """Restore nothing any more: there is a newer state."""
+        self._assigned = None
+
+    def keep_assigned(self) -> None:
+        """Restore once more what was restored last: the activation that it was for has failed."""
+        self._assigned, self._taken = self._taken, None

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from regraft.bus_schema.model.lifecycle import TRANSITIONS, State, Transition, legal, route
 from regraft.bus_schema.texts import encodable, told
-from regraft.component.component import restore_state
 from regraft.runtime.lifecycle.checkpoints import Checkpoints
 from regraft.runtime.lifecycle.connections import Connections
 from regraft.runtime.lifecycle.periodic import PeriodicCalls
@@ -99,10 +98,15 @@ class Lifecycle:
         self._parts.component.on_configure()
 
     def _activate(self, _: State) -> None:
-        self._restore()
-        self._parts.component.on_activate()
-        self._connections.resume()
-        self._periodic.start()
+        self._checkpoints.restore_assigned()
+        try:
+            self._parts.component.on_activate()
+            self._connections.resume()
+            self._periodic.start()
+            self._raise_if_failing()
+        except Exception:
+            self._checkpoints.keep_assigned()
+            raise
 
     def _deactivate(self, _: State) -> None:
         self._stop_acting("the component was deactivated")
@@ -131,11 +135,6 @@ class Lifecycle:
             parts.reporter.update(state=State.INACTIVE)
         parts.guarded("on_cleanup", parts.component.on_cleanup)
         parts.reporter.update(state=State.UNCONFIGURED)
-
-    def _restore(self) -> None:
-        checkpoint = self._checkpoints.take_assigned()
-        if checkpoint is not None:
-            restore_state(self._parts.component, checkpoint.state, checkpoint.version)
 
     def _stop_acting(self, why: str, *, can_be_asked: bool = True) -> None:
         parts = self._parts
