@@ -204,6 +204,27 @@ def test_a_component_that_is_never_stepped_knows_the_time_in_its_slot(steps: Ste
     assert steps.client.call("advise", Reading(0.0, 1.0), Reading, PATIENCE).stamp >= told.time / 1e9
 
 
+class Questioner(Component):
+    """Asks many questions one after another."""
+
+    def __init__(self) -> None:
+        self.ticks: list[int | None] = []
+
+    @every(seconds=1.0)
+    async def ask(self) -> None:
+        for _ in range(20):
+            self.ticks.append(self.kit.tick)
+            await self.kit.call("advise", Reading(self.kit.now(), 1.0), Reading)
+
+
+def test_calls_in_a_row_take_no_time_up_to_the_rounds_of_a_tick(steps: StepSite) -> None:
+    steps.start(Adviser, "adviser")
+    steps.start(Questioner, "questioner")
+    steps.start_world(TinyWorld, ("adviser", "questioner"), 1.5)
+    assert steps.wait_finished().reproducible
+    assert steps.component("questioner").ticks == [19] * 16 + [20] * 4
+
+
 def test_a_tick_has_one_number_also_for_what_comes_before_the_next(steps: StepSite) -> None:
     steps.start(Dial, "dial")
     steps.start_world(TinyWorld, ("dial",), 1.0)

@@ -19,11 +19,13 @@ from regraft.request_protocol import ASK_INTERVAL, PendingRequest, RequestProtoc
 from regraft.runtime.core.timers import Timers
 from regraft.runtime.data.inputs import Reporter
 from regraft.runtime.data.writers import Writer, Writers
+from regraft.runtime.requests.first_wait import FirstWait
 
 A = TypeVar("A")
 F = TypeVar("F")
 
 WAIT_FOR_SERVER = 0.2
+"""Seconds that the first request at a service waits for its server's subscription."""
 
 
 class RequestClient(RequestProtocol):
@@ -44,6 +46,7 @@ class RequestClient(RequestProtocol):
         self._clock = writers.clock
         self._timers = timers
         self._reporter = reporter
+        self._first_wait = FirstWait(WAIT_FOR_SERVER)
 
     def go_on_from(self, number: int) -> None:
         """Number further requests from behind ``number``: up to there, others were made in this client's name."""
@@ -108,8 +111,7 @@ class RequestClient(RequestProtocol):
 
     def _put(self, service: str, request: Request) -> None:
         writer = self._writer(service)
-        if writer.fresh:
-            writer.wait_for_reader(WAIT_FOR_SERVER)
+        self._first_wait.wait(writer)
         writer.put(codec.encode(request))
 
     def _writer(self, service: str) -> Writer:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections import OrderedDict
 from collections.abc import Callable, Container, Iterable
 from dataclasses import dataclass, field
@@ -23,7 +22,8 @@ from regraft.component.future import Cancelled
 from regraft.component.handlers import Service
 from regraft.runtime.core.tasks import RunningTask, Tasks
 from regraft.runtime.data.inputs import Reporter
-from regraft.runtime.data.writers import Writer, Writers
+from regraft.runtime.data.writers import Writers
+from regraft.runtime.requests.first_wait import FirstWait
 
 MAX_CLIENTS = 256
 MAX_REQUESTS = 2000
@@ -37,9 +37,7 @@ REMEMBERED_NUMBERS = 1024
 A request that was lost comes a second later: newer ones were answered since, but it was not.
 """
 WAIT_FOR_CLIENT = 0.1
-WAIT_WHEN_SOME_ARE_GONE = 0.01
-"""Seconds that the first reply waits for its client's subscription; less for a while after one that never came."""
-GONE_FOR = 5.0
+"""Seconds that the first reply waits for its client's subscription."""
 ALONE_FOR = 0.5
 """Seconds without a subscription to its replies after which a goal's client is gone: another link takes less."""
 GONE = "its client is gone"
@@ -117,7 +115,7 @@ class Server:
         self._reporter = reporter
         self._refusal = refusal
         self._clients: OrderedDict[str, _Client] = OrderedDict()
-        self._hurried_until = 0.0
+        self._first_wait = FirstWait(WAIT_FOR_CLIENT)
         self._answering = 0
 
     def wrap(self, around: Callable[[Callable[[Any], Any]], Callable[[Any], Any]]) -> None:
@@ -335,15 +333,8 @@ class Server:
 
     def _put(self, client: str, payload: bytes) -> None:
         writer = self._writers.open(self._keys.reply(self.name, client), type_of(Reply).encoding)
-        if writer.fresh:
-            self._wait_for_client(writer)
+        self._first_wait.wait(writer)
         writer.put(payload)
-
-    def _wait_for_client(self, writer: Writer) -> None:
-        """Wait until the client listens; many that have gone must not keep the component from everybody else."""
-        hurried = time.monotonic() < self._hurried_until
-        if not writer.wait_for_reader(WAIT_WHEN_SOME_ARE_GONE if hurried else WAIT_FOR_CLIENT):
-            self._hurried_until = time.monotonic() + GONE_FOR
 
     # --- from one run to the next ---
 
