@@ -37,7 +37,7 @@ from regraft.testing import Rig
 
 from ..navigator.stage import ROOM
 from ..navigator.world import Box
-from .bench import START, Bench
+from .bench import START, Bench, framed
 
 AHEAD = Box(1.3, 2.0, 0.2, 3.0)
 """It leaves 0.5 m in front of the robot's outline."""
@@ -205,12 +205,24 @@ def test_missing_odometry_stops_the_robot_and_ends_with_a_code(bench: Bench) -> 
     assert "no odometry comes, for 10 s" in done.error_msg
 
 
-def test_the_local_costmap_can_be_cleared(bench: Bench) -> None:
+@pytest.mark.parametrize(
+    ("name", "asked", "clears"),
+    [
+        ("entirely", ClearCostmap(), True),
+        ("except", ClearCostmap(4.0), False),
+        ("except", ClearCostmap(1.0), True),
+        ("around", ClearCostmap(1.0), False),
+        ("around_pose", ClearCostmap(1.0, framed(2.0, 2.0)), True),
+    ],
+)
+def test_the_local_costmap_is_cleared_by_the_name_of_the_service(
+    bench: Bench, name: str, asked: ClearCostmap, clears: bool
+) -> None:
     bench.surprise(Box(2.0, 2.0, 0.4, 0.4))
     bench.run(1.0)
-    for name in ("clear_entirely", "clear_except", "clear_around", "clear_around_pose"):
-        service = f"local_costmap/{name}_local_costmap"
-        assert bench.rig.call(service, ClearCostmap(), CostmapCleared).success
+    cleared = bench.rig.call(f"local_costmap/clear_{name}_local_costmap", asked, CostmapCleared)
+    assert cleared.success
+    assert (cleared.cleared > 3) is clears
 
 
 # --- single motions ---

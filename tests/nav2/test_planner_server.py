@@ -13,7 +13,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from regraft import CallFailed
+from regraft import CallFailed, RefusalCode
 from regraft.bus_schema.messages.nav2.paths import (
     MAX_POSES,
     NO_VIAPOINTS,
@@ -253,17 +253,49 @@ def test_clearing_forgets_what_was_seen_until_the_next_scan_shows_it(bench: Benc
     assert costs(bench, (1.8, 2.0)) == (254.0,)
 
 
-def test_clearing_can_be_restricted_to_a_square(bench: Bench) -> None:
+@pytest.mark.parametrize(
+    ("name", "asked", "clears"),
+    [
+        ("except", ClearCostmap(4.0), False),
+        ("except", ClearCostmap(1.0), True),
+        ("around", ClearCostmap(1.0), False),
+        ("around", ClearCostmap(4.0), True),
+        ("around_pose", ClearCostmap(1.0, framed(0.6, 2.0)), False),
+        ("around_pose", ClearCostmap(1.0, framed(2.0, 2.0)), True),
+    ],
+)
+def test_the_service_decides_where_the_map_is_cleared(
+    bench: Bench, name: str, asked: ClearCostmap, clears: bool
+) -> None:
     bench.surprise(CHAIR)
     bench.run(1.0)
     bench.stage.scans = False
-    around, beyond = ClearCostmap(1.0), ClearCostmap(1.0, inside=False)
-    assert bench.rig.call("global_costmap/clear_around_global_costmap", around, CostmapCleared).cleared == 0
-    elsewhere = ClearCostmap(1.0, around=framed(2.0, 2.0))
-    everywhere_else = ClearCostmap(1.0, inside=False, around=framed(2.0, 2.0))
-    assert bench.rig.call("global_costmap/clear_except_global_costmap", everywhere_else, CostmapCleared).cleared == 0
-    assert bench.rig.call("global_costmap/clear_around_pose_global_costmap", elsewhere, CostmapCleared).cleared > 3
-    assert bench.rig.call("global_costmap/clear_except_global_costmap", beyond, CostmapCleared).cleared == 0
+    cleared = bench.rig.call(f"global_costmap/clear_{name}_global_costmap", asked, CostmapCleared).cleared
+    assert (cleared > 3) is clears
+    assert (costs(bench, (1.8, 2.0)) == (0.0,)) is clears
+
+
+@pytest.mark.parametrize(
+    ("name", "asked", "field"),
+    [
+        ("entirely", ClearCostmap(2.0), "reset_distance"),
+        ("entirely", ClearCostmap(around=framed(2.0, 2.0)), "around"),
+        ("except", ClearCostmap(1.0, framed(2.0, 2.0)), "around"),
+        ("around", ClearCostmap(1.0, framed(2.0, 2.0)), "around"),
+        ("around_pose", ClearCostmap(1.0), "around"),
+        ("around_pose", ClearCostmap(1.0, framed(2.0, 2.0, frame="kitchen")), "around"),
+    ],
+)
+def test_a_askedfor_another_area_or_frame_clears_nothing(
+    bench: Bench, name: str, asked: ClearCostmap, field: str
+) -> None:
+    bench.surprise(CHAIR)
+    bench.run(1.0)
+    bench.stage.scans = False
+    with pytest.raises(CallFailed) as refused:
+        bench.rig.call(f"global_costmap/clear_{name}_global_costmap", asked, CostmapCleared)
+    assert (refused.value.code, refused.value.field) == (RefusalCode.INVALID, field)
+    assert costs(bench, (1.8, 2.0)) == (254.0,)
 
 
 def corner() -> Path:

@@ -274,12 +274,11 @@ class Costs:
 class ClearCostmap:
     """Request: forget the obstacles that were seen and that the map lacks; the next scan shows those that are there.
 
-    A square of side ``reset_distance`` (m) around ``around``, or around the robot where that is None, restricts it:
-    only the area ``inside`` of the square is cleared, or only the area outside of it. 0 clears everything.
+    The service decides where: everywhere, in a square around the robot, outside of it, or in one around the pose
+    ``around``. The square's side is ``reset_distance`` (m). A service refuses what it has no use for.
     """
 
     reset_distance: Metres = 0.0
-    inside: bool = True
     around: FramedPose | None = None
 
 

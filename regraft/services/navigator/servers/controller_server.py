@@ -21,7 +21,7 @@ from regraft.services.navigator.servers.behaviour_server import BehaviourServer
 from regraft.services.navigator.servers.choices import BadChoice, FollowChoices
 from regraft.services.navigator.servers.following import Following
 from regraft.services.navigator.servers.motion import Patience
-from regraft.services.navigator.servers.surroundings import check_frame
+from regraft.services.navigator.servers.surroundings import Area, check_frame
 
 
 class ControllerServer(BehaviourServer):
@@ -113,24 +113,23 @@ class ControllerServer(BehaviourServer):
 
     @service("local_costmap/clear_entirely_local_costmap")
     def clear_costmap(self, request: ClearCostmap) -> CostmapCleared:
-        """Forget obstacles that were seen before the latest scan."""
-        self._look()
-        return CostmapCleared(True, self._surroundings.forget(request))
+        """Forget all obstacles that were seen before the latest scan."""
+        return self._forget(request, Area.EVERYWHERE)
 
     @service("local_costmap/clear_except_local_costmap")
     def clear_except(self, request: ClearCostmap) -> CostmapCleared:
-        """Forget the obstacles that were seen outside of a square."""
-        return self.clear_costmap(request)
+        """Forget the obstacles that were seen outside of a square around the robot."""
+        return self._forget(request, Area.OUTSIDE)
 
     @service("local_costmap/clear_around_local_costmap")
     def clear_around(self, request: ClearCostmap) -> CostmapCleared:
         """Forget the obstacles that were seen in a square around the robot."""
-        return self.clear_costmap(request)
+        return self._forget(request, Area.AROUND_ROBOT)
 
     @service("local_costmap/clear_around_pose_local_costmap")
     def clear_around_pose(self, request: ClearCostmap) -> CostmapCleared:
         """Forget the obstacles that were seen in a square around a pose."""
-        return self.clear_costmap(request)
+        return self._forget(request, Area.AROUND_POSE)
 
     def _following(self, goal: FollowPath) -> Following:
         """Return the motion along a path; raises BadChoice."""

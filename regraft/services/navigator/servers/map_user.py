@@ -9,11 +9,12 @@ from typing import Any
 from regraft import Component, Input, Parameter, RefusalCode, RequestRefused
 from regraft.bus_schema.messages import maps, sensors
 from regraft.bus_schema.messages.health import Level
+from regraft.bus_schema.messages.nav2.paths import ClearCostmap, CostmapCleared
 from regraft.services import robot_parameters
 from regraft.services.navigator.driving.robot import Footprint
 from regraft.services.navigator.planning.terrain import Inflation
 from regraft.services.navigator.sensing.sight import FORGET_TIMEOUT
-from regraft.services.navigator.servers.surroundings import BadMap, Surroundings
+from regraft.services.navigator.servers.surroundings import Area, BadMap, Surroundings
 
 LOOK_INTERVAL = 0.05
 """s between looks at what is waited for."""
@@ -68,6 +69,11 @@ class MapUser(Component):
         except BadMap as error:
             self.kit.diagnose("map", Level.ERROR, str(error))
         self._surroundings.look(self.odometry.latest, self.scan.latest, self.kit.now(), self._oldest_scan())
+
+    def _forget(self, request: ClearCostmap, area: Area) -> CostmapCleared:
+        """Forget obstacles that were seen; raises RequestRefused."""
+        self._look()
+        return CostmapCleared(True, self._surroundings.forget(request, area))
 
     def _oldest_scan(self) -> float:
         """Return how old (s) a scan of use may be: of any age, unless the robot drives by it."""

@@ -36,7 +36,7 @@ from regraft.services.navigator.servers.costs import INSCRIBED, LETHAL, UNKNOWN,
 from regraft.services.navigator.servers.map_user import MapUser
 from regraft.services.navigator.servers.paths import ahead_of, path_of
 from regraft.services.navigator.servers.planning import PLANNERS, STATIC_GRID, PathFinder, PlanningFailed
-from regraft.services.navigator.servers.surroundings import check_frame, frame_problem
+from regraft.services.navigator.servers.surroundings import Area, check_frame, frame_problem
 
 SMOOTHERS = {"simple_smoother": 1, "route_smoother": 8}
 """The smoothers, and how often each rounds what the planner rounds once."""
@@ -146,24 +146,23 @@ class PlannerServer(MapUser):
 
     @service("global_costmap/clear_entirely_global_costmap")
     def clear_costmap(self, request: ClearCostmap) -> CostmapCleared:
-        """Forget obstacles that were seen."""
-        self._look()
-        return CostmapCleared(True, self._surroundings.forget(request))
+        """Forget all obstacles that were seen."""
+        return self._forget(request, Area.EVERYWHERE)
 
     @service("global_costmap/clear_except_global_costmap")
     def clear_except(self, request: ClearCostmap) -> CostmapCleared:
-        """Forget the obstacles that were seen outside of a square."""
-        return self.clear_costmap(request)
+        """Forget the obstacles that were seen outside of a square around the robot."""
+        return self._forget(request, Area.OUTSIDE)
 
     @service("global_costmap/clear_around_global_costmap")
     def clear_around(self, request: ClearCostmap) -> CostmapCleared:
         """Forget the obstacles that were seen in a square around the robot."""
-        return self.clear_costmap(request)
+        return self._forget(request, Area.AROUND_ROBOT)
 
     @service("global_costmap/clear_around_pose_global_costmap")
     def clear_around_pose(self, request: ClearCostmap) -> CostmapCleared:
         """Forget the obstacles that were seen in a square around a pose."""
-        return self.clear_costmap(request)
+        return self._forget(request, Area.AROUND_POSE)
 
     async def _path(self, start: FramedPose | None, goals: tuple[FramedPose, ...], planner: str) -> Path:
         if planner and planner not in PLANNERS:

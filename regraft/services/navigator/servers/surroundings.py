@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
 
+from regraft import RefusalCode, RequestRefused
 from regraft.bus_schema.messages import maps, sensors
-from regraft.bus_schema.messages.geometry import FramedPose
 from regraft.bus_schema.messages.nav2.paths import ClearCostmap
 from regraft.planar import FloatArray, Pose2D, Twist2D
 from regraft.services.navigator.conversions import grid_of, planar_pose, planar_twist, same_map, scan_of
@@ -22,6 +23,15 @@ from regraft.services.navigator.sensing.sight import FORGET_TIMEOUT, Sight
 
 FRAMES = ("map", "odom")
 """The frames of goals and paths; the odometry's is that of the map."""
+
+
+class Area(Enum):
+    """Where obstacles are forgotten; the squares lie along the map's axes."""
+
+    EVERYWHERE = "everywhere"
+    OUTSIDE = "outside of a square around the robot"
+    AROUND_ROBOT = "in a square around the robot"
+    AROUND_POSE = "in a square around a pose"
 
 
 class BadMap(ValueError):
@@ -124,9 +134,9 @@ class Surroundings:
             nearest = min(nearest, float(self._planner.clearance(np.array([self.pose.position]))[0]))
         return nearest
 
-    def forget(self, request: ClearCostmap) -> int:
-        """Forget remembered obstacles; returns how many marks."""
-        return self.sight.forget(_cleared_by(request, self.pose))
+    def forget(self, request: ClearCostmap, area: Area) -> int:
+        """Forget remembered obstacles; returns how many marks. Raises RequestRefused for a request of another area."""
+        return self.sight.forget(_cleared_by(request, area, self.pose))
 
     def _converted(self, message: sensors.LaserScan | None) -> Scan | None:
         if message is None:
@@ -136,19 +146,28 @@ class Surroundings:
         return self._scan[1]
 
 
-def _cleared_by(request: ClearCostmap, robot: Pose2D) -> Callable[[FloatArray], NDArray[np.bool_]]:
-    """Return which places (N, 2) a request clears."""
-    centre = robot.position if request.around is None else _position(request.around)
+def _cleared_by(request: ClearCostmap, area: Area, robot: Pose2D) -> Callable[[FloatArray], NDArray[np.bool_]]:
+    """Return which places (N, 2) a request clears; raises RequestRefused."""
+    _check_clearing(request, area)
+    centre = robot.position if request.around is None else planar_pose(request.around.pose).position
     half = request.reset_distance / 2
 
     def chosen(places: FloatArray) -> NDArray[np.bool_]:
-        if request.reset_distance <= 0.0:
+        if area is Area.EVERYWHERE:
             return np.ones(len(places), bool)
         within: NDArray[np.bool_] = np.abs(places - centre).max(axis=1, initial=0.0) <= half
-        return np.equal(within, request.inside)
+        return ~within if area is Area.OUTSIDE else within
 
     return chosen
 
 
-def _position(place: FramedPose) -> tuple[float, float]:
-    return place.pose.x, place.pose.y
+def _check_clearing(request: ClearCostmap, area: Area) -> None:
+    """Make sure that a request is one of that area; raises RequestRefused."""
+    if area is Area.EVERYWHERE and request.reset_distance != 0.0:
+        why = f"must be 0, is {request.reset_distance:g}: this service clears everything"
+        raise RequestRefused(why, RefusalCode.INVALID, field="reset_distance")
+    if (request.around is not None) is not (area is Area.AROUND_POSE):
+        why = "must be a pose" if request.around is None else f"must be left out: this service clears {area.value}"
+        raise RequestRefused(why, RefusalCode.INVALID, field="around")
+    if request.around is not None and (problem := frame_problem(request.around.frame)):
+        raise RequestRefused(problem, RefusalCode.INVALID, field="around")

@@ -39,24 +39,22 @@ class ClearEntireCostmap(ServerCall):
         return SUCCESS if answer.success else self.failed("the costmap was not cleared")
 
 
-class ClearCostmapExceptRegion(ClearEntireCostmap):
-    """Clears a costmap but for a square around the robot."""
-
-    reset_distance = Input(float, default=1.0, description="side of the square, in metres")
-
-    def request(self) -> ClearCostmap:
-        """Return what to clear."""
-        return ClearCostmap(self.reset_distance, inside=False)
-
-
-class ClearCostmapAroundRobot(ClearEntireCostmap):
-    """Clears a square of a costmap around the robot."""
+class _ClearBySquare(ClearEntireCostmap):
+    """The base of what clears by a square around the robot: the service decides which side of it."""
 
     reset_distance = Input(float, default=1.0, description="side of the square, in metres")
 
     def request(self) -> ClearCostmap:
         """Return what to clear."""
         return ClearCostmap(self.reset_distance)
+
+
+class ClearCostmapExceptRegion(_ClearBySquare):
+    """Clears a costmap but for a square around the robot."""
+
+
+class ClearCostmapAroundRobot(_ClearBySquare):
+    """Clears a square of a costmap around the robot."""
 
 
 class ClearCostmapAroundPose(ClearEntireCostmap):
