@@ -12,7 +12,7 @@ from regraft.bus_schema.messages.geometry import FramedPose, StampedPose
 from regraft.bus_schema.messages.maps import Goals, NamedGoal
 from regraft.bus_schema.messages.mission import MissionState
 from regraft.bus_schema.messages.nav2.motions import Selection
-from regraft.bus_schema.messages.nav2.paths import FollowError, FollowPath, PathFollowed
+from regraft.bus_schema.messages.nav2.paths import MAX_POSES, FollowError, FollowPath, PathFollowed
 from regraft.bus_schema.messages.power import BatteryState, ChargerState
 from regraft.bus_schema.model.lifecycle import Transition
 from regraft.services.bt_executor.leaves.nav2 import NAV2_LEAVES
@@ -211,6 +211,13 @@ def test_paths_are_joined(bench: Bench) -> None:
     assert outcome(bench, PLAN, back, join, last, '<ArePosesNear ref_pose="{last}" target_pose="3.4;3"/>') is SUCCEEDED
     assert outcome(bench, join) is FAILED, "two empty paths"
     assert outcome(bench, PLAN, '<GetPoseFromPath path="{path}" index="5000" pose="{last}"/>') is FAILED
+
+
+def test_paths_that_are_too_long_together_are_not_joined(bench: Bench) -> None:
+    join = '<ConcatenatePaths input_path1="{path}" input_path2="{path}" output_path="{path}"/>'
+    doubled = f"<Inverter><KeepRunningUntilFailure>{join}</KeepRunningUntilFailure></Inverter>"
+    far = f'<GetPoseFromPath path="{{path}}" index="{MAX_POSES // 2}" pose="{{last}}"/>'
+    assert outcome(bench, PLAN, doubled, far) is SUCCEEDED
 
 
 # --- lists of goals ---

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from regraft import ParameterError
+from regraft.bus_schema.messages.nav2.paths import MAX_POSES
 from regraft.bus_schema.messages.nav2.routes import ComputedRoute, ComputeRoute, RouteError
 from regraft.component.goal import Goal
 from regraft.planar import Pose2D
@@ -73,6 +74,14 @@ def test_a_route_that_cannot_be_is_reported(goal: ComputeRoute, code: RouteError
     found = computed(goal)
     assert found.error_code == code
     assert why in found.error_msg
+
+
+@pytest.mark.parametrize(("far", "poses", "code"), [(999.0, 19_981, 0), (1_100.0, 0, 400), (1e9, 0, 400)])
+def test_a_route_whose_path_is_too_long_is_reported(far: float, poses: int, code: int) -> None:
+    nodes = [{"id": 1, "x": 0.0, "y": 0.0}, {"id": 2, "x": far, "y": 0.0}]
+    found = computed(ComputeRoute(start_id=1, goal_id=2, use_start=True), nodes, [{"start": 1, "end": 2}])
+    assert (len(found.path.poses), found.error_code) == (poses, code)
+    assert (str(MAX_POSES) in found.error_msg) is (code != 0)
 
 
 def test_an_empty_graph_has_no_routes() -> None:

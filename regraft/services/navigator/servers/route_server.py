@@ -12,7 +12,7 @@ import numpy as np
 
 from regraft import Component, Input, Parameter, ParameterError, Records, action
 from regraft.bus_schema.messages.geometry import FramedPose
-from regraft.bus_schema.messages.nav2.paths import Path
+from regraft.bus_schema.messages.nav2.paths import MAX_POSES, Path
 from regraft.bus_schema.messages.nav2.routes import (
     ComputedRoute,
     ComputeRoute,
@@ -88,10 +88,10 @@ class RouteServer(Component):
                 raise NoRoute(RouteError.NO_VALID_GRAPH, "the graph has no nodes; the parameter 'nodes' lists them")
             first, last = self._ends(goal)
             ids, cost = _cheapest(self._links, first, last)
+            route = Route(tuple(self._nodes[each] for each in ids), cost)
+            return ComputedRoute(route, self._path(route))
         except NoRoute as error:
             return ComputedRoute(error_code=int(error.code), error_msg=str(error))
-        route = Route(tuple(self._nodes[each] for each in ids), cost)
-        return ComputedRoute(route, self._path(route))
 
     def _ends(self, goal: ComputeRoute) -> tuple[int, int]:
         if goal.use_poses:
@@ -126,11 +126,17 @@ class RouteServer(Component):
         return min(self._nodes, key=lambda each: _distance(self._nodes[each], place))
 
     def _path(self, route: Route) -> Path:
-        points: FloatArray = np.array([_place(node) for node in route.nodes])
-        yaw = 0.0
+        """Return the path along a route; raises NoRoute for one that is too long."""
+        length, yaw = 0.0, 0.0
         for one, other in pairwise(route.nodes):
+            length += _distance(one, _place(other))
             yaw = math.atan2(other.y - one.y, other.x - one.x)
-        return path_of(self.kit.now(), subdivide(points, DENSITY), yaw)
+        points: FloatArray = np.array([_place(node) for node in route.nodes])
+        # The length comes first: a million kilometres of points have no room.
+        if length > MAX_POSES * DENSITY or len(points := subdivide(points, DENSITY)) > MAX_POSES:
+            why = f"the route is {length:g} m long; a path has {MAX_POSES} poses at most, one each {DENSITY:g} m"
+            raise NoRoute(RouteError.UNKNOWN, why)
+        return path_of(self.kit.now(), points, yaw)
 
 
 def _cheapest(links: Links, first: int, last: int) -> tuple[list[int], float]:

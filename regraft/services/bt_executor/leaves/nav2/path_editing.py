@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from behavior_tree import FAILURE, SUCCESS, Input, Node, NodeSetup, Output, Status, SyncAction
-from regraft.bus_schema.messages.nav2.paths import Path
+from regraft.bus_schema.messages.nav2.paths import MAX_POSES, Path
 from regraft.services.bt_executor.leaves.asking_leaf import require_ports, write_if_connected
 from regraft.services.bt_executor.leaves.nav2.poses import path_at, pose_at_or_none
 
@@ -106,7 +106,7 @@ class GetPoseFromPath(SyncAction):
 
 
 class ConcatenatePaths(SyncAction):
-    """Joins two paths; fails if both are empty."""
+    """Joins two paths; fails if both are empty, or too long for one path."""
 
     input_path1 = Input[Any](description="the first")
     input_path2 = Input[Any](description="the second")
@@ -115,7 +115,7 @@ class ConcatenatePaths(SyncAction):
     def tick(self) -> Status:
         """Write the longer path."""
         first, second = path_at(self, "input_path1"), path_at(self, "input_path2")
-        if not len(first.poses) and not len(second.poses):
+        if not 0 < len(first.poses) + len(second.poses) <= MAX_POSES:
             return FAILURE
         head = first if len(first.poses) else second
         write_if_connected(self, "output_path", replace(head, poses=first.poses + second.poses))
