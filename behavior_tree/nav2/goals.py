@@ -50,10 +50,10 @@ class GoalUpdater(Decorator):
     def tick(self) -> Status:
         """Pass goal and goals on and tick the child."""
         given, received = self.read_port_or("input_goal"), self.read_port_or("received_goal")
-        _write(self, "output_goal", _newest(given, stamp_of(given), received))
+        write_goal(self, "output_goal", _newest(given, stamp_of(given), received))
         several = self.read_port_or("input_goals")
         latest = max((stamp_of(goal) for goal in _members(several)), default=0.0)
-        _write(self, "output_goals", _newest(several, latest, self._received_goals()))
+        write_goal(self, "output_goals", _newest(several, latest, self._received_goals()))
         return self.child.execute_tick()
 
     def _received_goals(self) -> Any:
@@ -81,8 +81,8 @@ def _members(goals: Any) -> Any:
         return ()
 
 
-def _write(node: Node, port: str, value: Any) -> None:
-    """Write an output; a goal that was received may be of another type than the one given."""
+def write_goal(node: Node, port: str, value: Any) -> None:
+    """Write an output if it is connected; a goal may be of another type than the one that its entry holds."""
     if value is None or port not in node.setup.writers:
         return
     key = board_key(node.setup.attributes[port], port)

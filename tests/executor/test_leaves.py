@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import pytest
 
+from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.mission import (
     BlackboardEntries,
     Command,
@@ -261,6 +262,44 @@ def test_goals_come_one_after_the_other_and_then_the_first_again() -> None:
             "north",
         ]
         assert status(rig).blackboard["n"] == 2
+
+
+@pytest.mark.parametrize(
+    ("port", "entries"),
+    [
+        ("{goal}", {"goal": [3.0, 4.0]}),
+        ("{goal}", {"goal": [3, 4, 0.5]}),
+        ("{goal}", {"goal": "3;4"}),
+        ("3;4;0.5", {"other": 1}),
+    ],
+)
+def test_a_goal_of_a_drive_may_be_numbers(port: str, entries: dict[str, PlainValue]) -> None:
+    with Rig() as rig:
+        navigator = rig.add(Navigator)
+        rig.add(Executor, parameters={"autostart": False})
+        command(rig, Command.LOAD, tree(f'<NavigateTo goal="{port}"/>'))
+        rig.call("mission/write", WriteBlackboard(entries), BlackboardEntries)
+        command(rig, Command.START)
+        rig.advance(5.0)
+        assert (status(rig).state, navigator.reached) == (MissionState.SUCCEEDED, [3.0])
+
+
+@pytest.mark.parametrize(
+    "leaf",
+    [
+        '<TakeGoal goals="{all}" goal="{goal}"/>',
+        '<NextGoal goals="{all}" index="{i}" goal="{goal}"/>',
+    ],
+    ids=["TakeGoal", "NextGoal"],
+)
+def test_the_next_goal_may_be_of_another_form_than_the_one_before(leaf: str) -> None:
+    with Rig() as rig:
+        navigator = rig.add(Navigator)
+        run(rig, tree('<GetGoals goals="{all}"/>', leaf, '<NavigateTo goal="{goal}"/>'))
+        rig.call("mission/write", WriteBlackboard({"goal": [9.0, 9.0]}), BlackboardEntries)
+        rig.publish("goals", goals("north"))
+        rig.advance(5.0)
+        assert (status(rig).state, navigator.reached) == (MissionState.SUCCEEDED, [0.0])
 
 
 def test_charge_and_darkness_are_on_the_root_blackboard() -> None:

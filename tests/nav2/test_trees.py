@@ -1,4 +1,4 @@
-"""Nav2's fifteen trees, as they are, on a robot in a room."""
+"""Nav2's fifteen trees, as they are, on a robot in a room, and FROG's mission by one of them."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ from collections.abc import Iterator
 import pytest
 
 from regraft.bus_schema.messages.geometry import StampedPose
+from regraft.bus_schema.messages.maps import Goals, NamedGoal
 from regraft.bus_schema.messages.mission import MissionState
 from regraft.planar import Pose2D
+from regraft.services.bt_executor.navigation.navigation_executor import NavigationExecutor
 from regraft.services.navigator.servers.route_server import RouteServer
 from regraft.testing import Rig
+from tests.support.paths import FROG
 
 from .bench import GOAL, TREES, Bench, add, framed
 
@@ -97,6 +100,16 @@ def test_the_tree_that_follows_a_point_stays_a_metre_behind_it(bench: Bench) -> 
     bench.run(15.0)
     assert bench.state() is MissionState.RUNNING
     assert math.dist(bench.pose.position, (2.6, 3.4)) == pytest.approx(1.0, abs=0.25)
+
+
+def test_the_goal_of_frogs_running_mission_may_be_replaced(bench: Bench) -> None:
+    bench.rig.add(NavigationExecutor, "bt_executor", {"mission": str(FROG / "missions" / "nav2.xml")})
+    bench.rig.publish("goals", Goals(0.0, (NamedGoal("far", framed(3.4, 2.0)),)))
+    assert bench.run_until(lambda: bench.pose.x > 0.8, 20.0)
+    near = {"name": "near", "pose": {"frame": "map", "pose": {"position": {"x": 1.0, "y": 3.0}}}}
+    bench.write(goal=near)
+    assert bench.run_until(lambda: bench.is_at(1.0, 3.0), 30.0)
+    assert bench.state() is MissionState.RUNNING
 
 
 def test_the_calibration_tree_drives_three_squares() -> None:

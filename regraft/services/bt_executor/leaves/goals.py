@@ -17,6 +17,7 @@ from behavior_tree import (
     Status,
     SyncAction,
 )
+from behavior_tree.nav2.goals import write_goal
 from regraft.bus_schema.messages.maps import Goals
 from regraft.services.bt_executor.leaves.asking_leaf import require_ports, write_if_connected
 from regraft.services.bt_executor.leaves.context import LeafContext
@@ -77,7 +78,7 @@ class NextGoal(SyncAction):
             return FAILURE
         index = (self.read_port_or("index", -1) + 1) % len(goals)
         self.index = index
-        self.goal = goals[index]
+        write_goal(self, "goal", goals[index])
         write_if_connected(self, "goal_name", _name(goals[index]))
         return SUCCESS
 
@@ -100,7 +101,7 @@ class TakeGoal(SyncAction):
         if not goals:
             return FAILURE
         self.goals = list(goals[1:])
-        self.goal = goals[0]
+        write_goal(self, "goal", goals[0])
         write_if_connected(self, "goal_name", _name(goals[0]))
         return SUCCESS
 

@@ -6,10 +6,10 @@ from typing import Any, Final
 
 from behavior_tree import SUCCESS, Input, Node, Output, Status
 from regraft.bus_schema.messages.geometry import FramedPose, Pose
-from regraft.bus_schema.messages.maps import NamedGoal
 from regraft.bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
 from regraft.services.bt_executor.leaves.asking_leaf import Asking, require_within, write_if_connected
 from regraft.services.bt_executor.leaves.context import Asked
+from regraft.services.bt_executor.leaves.nav2.poses import pose_at
 
 FARTHEST: Final = 1e9
 """Metres, or radians."""
@@ -18,7 +18,7 @@ FARTHEST: Final = 1e9
 class NavigateToGoal(Asking):
     """Drives to a pose; succeeds on arrival, fails if the robot ends up elsewhere or nobody drives it."""
 
-    goal = Input[Any](description="where to: a goal as GetGoals and NextGoal give it; else x, y and yaw")
+    goal = Input[Any](description="where to: a goal of GetGoals, a pose, or numbers; else x, y and yaw")
     x = Input(float, description="metres")
     y = Input(float, description="metres")
     yaw = Input(float, default=0.0, description="radians")
@@ -48,12 +48,7 @@ class NavigateToGoal(Asking):
     def _where(self) -> FramedPose:
         if "goal" not in self.setup.attributes:
             return FramedPose(self.frame, Pose.planar(self.x, self.y, self.yaw))
-        goal = self.goal
-        if isinstance(goal, NamedGoal):
-            return goal.pose
-        if isinstance(goal, FramedPose):
-            return goal
-        raise ValueError(f"port 'goal' holds {type(goal).__name__}, must hold a NamedGoal or a FramedPose")
+        return pose_at(self, "goal")
 
     def progress(self, feedback: NavigationProgress) -> None:
         """Report how far it still is."""
