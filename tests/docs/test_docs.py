@@ -42,6 +42,7 @@ from regraft.dashboard_api.http.authentication import Callers
 from regraft.estimation.changes import changed
 from regraft.process.main import load_class
 from regraft.security.tokens import Tokens
+from regraft.services.bt_executor.node_types import NODE_TYPES
 from regraft.sim_service import devices
 from regraft.sim_service.devices.core.fitting import device_class
 from regraft.stack import StackError, apply_parameter_files, load
@@ -264,6 +265,11 @@ def resolves(page: Path, target: str) -> None:
 
 def test_every_link_within_the_project_resolves() -> None:
     check_all(lambda page: re.findall(r"\]\(([^)\s]+)\)", prose(page)), resolves)
+
+
+def test_every_leaf_of_ours_is_on_the_page_of_missions_or_of_adaptation() -> None:
+    named = {span for page in ("missions.md", "adapting.md") for span in spans(ROOT / "docs" / page)}
+    assert NODE_TYPES.keys() - named == set()
 
 
 # --- commands ---

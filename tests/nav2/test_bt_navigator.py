@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -31,7 +32,9 @@ from regraft.component.goal import Goal
 from regraft.runtime.core.clock import SteppedClock
 from regraft.services.bt_executor.navigation.bt_navigator import FOREVER, BtNavigator
 from regraft.services.charging.docking import Docking
+from regraft.stack import StackError, check_with_classes, load
 from regraft.testing import Rig
+from tests.support.paths import FROG
 
 from ..services.rigs import set_parameters
 from .bench import TREES, Bench, add, framed
@@ -338,6 +341,22 @@ def test_such_a_client_hears_why_the_goal_was_not_reached(bench: Bench) -> None:
     assert not arrival.arrived
     assert "outside the map" in arrival.reason
     assert arrival.pose.x == pytest.approx(0.6, abs=0.05)
+
+
+def check_stack(folder: Path, **trees: str) -> None:
+    """Check FROG's stack with other default trees, as `regraft up` does."""
+    parameters = {"to_pose_tree": "", "through_poses_tree": ""} | trees
+    stack = {"include": [str(FROG / "nav2.yaml")], "components": {"bt_navigator": {"parameters": parameters}}}
+    file = folder / "stack.yaml"
+    file.write_text(json.dumps(stack))
+    check_with_classes(load(file))
+
+
+def test_a_stack_whose_navigator_has_no_tree_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(StackError, match=r"bt_navigator\.parameters\.to_pose_tree"):
+        check_stack(tmp_path)
+    check_stack(tmp_path, to_pose_tree=str(TREES / DEFAULT))
+    check_stack(tmp_path, through_poses_tree=str(TREES / THROUGH))
 
 
 def test_such_a_goal_without_odometry_is_refused() -> None:

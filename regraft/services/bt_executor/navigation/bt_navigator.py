@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from behavior_tree import RUNNING, SUCCESS, Blackboard, NodeError, Registry, Status, Tree
-from regraft import Cancelled, Input, Parameter, RefusalCode, RequestRefused, action
+from regraft import Cancelled, Input, Parameter, ParameterError, RefusalCode, RequestRefused, action
 from regraft.bus_schema.messages.nav2.navigate import (
     Navigated,
     NavigateError,
@@ -91,6 +91,12 @@ class BtNavigator(NavigationInputs):
     reflection = Input(
         ReflectedEntries, latest_only=True, required=False, description="for the entries that the stack maps"
     )
+
+    @classmethod
+    def check_parameters(cls, parameters: dict[str, Any], seed: int) -> None:
+        """Refuse a navigator without a tree: it could reach no goal."""
+        if not (parameters["to_pose_tree"] or parameters["through_poses_tree"]):
+            raise ParameterError([("to_pose_tree", "must name a file, or 'through_poses_tree' must: there is no tree")])
 
     def on_configure(self) -> None:
         """Learn the node types."""
