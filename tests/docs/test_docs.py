@@ -53,7 +53,10 @@ from tests.support.paths import ROOT
 from tests.support.tables import check_each
 from tests.support.waiting import PATIENCE
 
-PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md")))
+PAGES = (
+    *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "behavior_tree/README.md")),
+    *sorted((ROOT / "docs").rglob("*.md")),
+)
 FENCE = re.compile(r"^```(\w*) ?([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 BUILT = ("build", "dist")
 FOLDERS = tuple(
@@ -91,7 +94,8 @@ def test_the_python_of_every_page_runs_and_its_tests_pass(tmp_path: Path) -> Non
     for page in PAGES:
         code = "\n\n".join(blocks(page, "python"))
         if code:
-            name = "test_" + re.sub(r"\W", "_", page.stem.lower()) + ".py"
+            place = page.relative_to(ROOT).with_suffix("").as_posix()
+            name = "test_" + re.sub(r"\W", "_", place.lower()) + ".py"
             (tmp_path / name).write_text(code + "\n\ndef test_it_can_be_imported() -> None:\n    pass\n")
             modules.append(name)
     assert len(modules) >= 3

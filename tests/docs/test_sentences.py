@@ -10,7 +10,10 @@ import pytest
 from tests.docs.sentences import Sentence, of_code, of_file, of_text
 
 ROOT = Path(__file__).parents[2]
-PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md")))
+PAGES = (
+    *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "behavior_tree/README.md")),
+    *sorted((ROOT / "docs").rglob("*.md")),
+)
 CODE = tuple(sorted(path for package in ("behavior_tree", "regraft") for path in (ROOT / package).rglob("*.py")))
 MAX_WORDS = 20
 HEADLESS = re.compile(r"(Who|What|Whoever)\b")
