@@ -11,7 +11,7 @@ from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.consistency import violations
 from regraft.bus_schema.model.description import Description
 from regraft.host.plan import HostPlan
-from regraft.stack import load
+from regraft.stack import check_with_classes, load
 from tests.support.paths import FROG
 
 pytestmark = pytest.mark.slow
@@ -64,6 +64,14 @@ def test_the_order_of_the_components_decides_nothing_of_a_run(file: Path) -> Non
     assert first.members() == second.members()
     assert first.sensor_streams() == second.sensor_streams()
     assert violations(architecture) == violations(turned) == ()
+
+
+def test_a_visitor_walks_in_the_world_of_every_component_that_has_one() -> None:
+    stack = load(FROG / "visitor.yaml")
+    check_with_classes(stack)
+    files = [spec.parameters["file"] for spec in stack.architecture.components.values() if "file" in spec.parameters]
+    assert len(files) >= 3
+    assert set(files) == {str(FROG / "world_with_visitor.xml")}
 
 
 def plan_of(architecture: Architecture) -> HostPlan:
