@@ -7,11 +7,13 @@ judged.
 
 - *incomplete*: a seed of the use has no run of an arm, or one that does not determine the measure.
 - *too few runs*: fewer than ten seeds.
-- *equivalent*: -m < low and high < m. A claim of equality holds then.
+- *equivalent*: -m < low and high < m.
 - *holds*: p < alpha, low > 0 and d >= m: there is an effect, and its estimate is worth having.
-- *refuted*: high < m, so that an effect worth having is excluded. A claim of equality is refuted by low > m or by
-  high < -m.
+- *refuted*: high < m, so that an effect worth having is excluded.
 - *undecided*: everything else.
+
+A claim of equality holds by p < alpha, -m < low and high < m. It is refuted by low > m or by high < -m, and is never
+equivalent. Its p is the greater one of two tests, against m and against -m.
 """
 
 from __future__ import annotations

@@ -132,6 +132,18 @@ def test_equality_holds_within_the_margin_and_is_refuted_beyond_it() -> None:
     assert verdict(list(OLD), OLD, equal) is Verdict.HOLDS
 
 
+def test_equality_does_not_hold_by_the_interval_alone() -> None:
+    equal = replace(CLAIM, direction=Direction.EQUAL)
+    new = [0.15, 0.05, 0.1, 0.01, 0.12, 0.11, 0.03, -0.13, 0.13, 0.11]
+    data = table({"new": new, "old": [0.0] * 10})
+    found = judge(claims(equal, seeds=10), data, SeedSet.CONFIRMATION)[0]
+    assert found.effect is not None
+    assert -0.1 < found.effect.low < found.effect.high < 0.1
+    assert found.p > 0.05
+    assert found.verdict is Verdict.UNDECIDED
+    assert judge(claims(seeds=10), data, SeedSet.CONFIRMATION)[0].verdict is Verdict.EQUIVALENT
+
+
 def test_a_pair_within_the_margin_is_as_claimed_where_equality_is_claimed() -> None:
     new, old = ({(seed, 1): value for seed, value in enumerate(arm)} for arm in ([0.02, -0.02, 0.0, 0.3], [0.0] * 4))
     found = effect(new, old, direction=Direction.EQUAL, margin=0.1, test=SampleTest.SIGN_FLIP, confidence=0.95)
