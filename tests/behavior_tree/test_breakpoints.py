@@ -100,11 +100,18 @@ def test_stepping_stops_before_every_node_that_runs() -> None:
     assert len(stops.seen) == 2
 
 
-def test_what_a_precondition_decides_does_not_stop() -> None:
+def test_what_a_precondition_decides_does_not_stop_before_the_node() -> None:
     stops = Stops(pair(_skipIf="true"))
     stops.at("a")
     assert stops.tree.tick_exactly_once() == SUCCESS
     assert stops.seen == []
+
+
+def test_what_a_precondition_decides_stops_after_the_node_and_may_be_forced() -> None:
+    stops = Stops(pair(_skipIf="true"), a=FAILURE)
+    stops.at("a", AFTER)
+    assert stops.tree.tick_exactly_once() == FAILURE
+    assert stops.seen == ["after a K"]
 
 
 def test_post_conditions_run_with_a_result_that_is_forced_before_a_node() -> None:
