@@ -122,6 +122,18 @@ def test_node_types_are_known_by_their_models(file: Path) -> None:
     assert "'strong' is not a number" in checked(file, "--nodes", str(models)).stderr
 
 
+def test_a_node_that_nobody_can_pause_is_a_warning_at_its_line_and_when_it_is_loaded(file: Path) -> None:
+    pausable = '<PauseResumeController name="on" pause_service_name="/pause" resume_service_name="/resume">{}{}'
+    xml = tree(pausable.format("<AlwaysSuccess/>", "</PauseResumeController>"))
+    file.write_text(xml)
+    result = checked(file)
+    assert result.exit_code == 0
+    assert f"warning: {file}:2: " in result.output
+    with Rig() as rig:
+        run(rig, xml)
+        assert [len(event.details["warnings"]) for event in rig.events if event.kind == "mission.loaded"] == [1]
+
+
 def test_a_default_that_a_model_cannot_mean_is_a_warning_at_the_model_s_line(file: Path) -> None:
     file.write_text(GRIPPER)
     models = file.with_name("models.xml")

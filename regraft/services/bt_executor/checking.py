@@ -35,7 +35,7 @@ from regraft.services.bt_executor.adaptation.reactive_parents import repeated_ad
 from regraft.services.bt_executor.executor import Executor
 from regraft.services.bt_executor.leaves.context import LeafContext
 from regraft.services.bt_executor.node_types import NODE_TYPES, node_types
-from regraft.services.bt_executor.source import LIMITS, check_size
+from regraft.services.bt_executor.source import LIMITS, check_size, warnings_of
 
 MAX_ERRORS: Final = 20
 MAX_MODELS_SIZE: Final = 1_000_000
@@ -174,7 +174,7 @@ def _outcome(made: Callable[[], Tree], file: Path) -> Report | Finding:
 
 def _right(tree: Tree) -> Report:
     check_size(tree)
-    warnings = (*tree.warnings, *repeated_adaptations(tree))
+    warnings = (*warnings_of(tree), *repeated_adaptations(tree))
     return Report((), warnings, tree.tree_id, len(tree.nodes))
 
 

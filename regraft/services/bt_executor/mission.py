@@ -11,7 +11,7 @@ from regraft import RefusalCode, RequestRefused
 from regraft.bus_schema.messages.mission import Command, MissionCommand, MissionNode, MissionState
 from regraft.services.bt_executor.boards import carry_over
 from regraft.services.bt_executor.debugging.stopped_tick import Debugging
-from regraft.services.bt_executor.source import Source
+from regraft.services.bt_executor.source import Source, warnings_of
 from regraft.services.bt_executor.structure import Structure
 
 MAX_TICKS_AT_ONCE = 100
@@ -103,7 +103,7 @@ class Mission:
         if self.state in UNDER_WAY:
             self.halt("another tree was loaded")
         self._adopt(tree, MissionState.LOADED)
-        self._tell("mission.loaded", f"{tree.tree_id}, {len(tree.nodes)} nodes", warnings=list(tree.warnings))
+        self._tell("mission.loaded", f"{tree.tree_id}, {len(tree.nodes)} nodes", warnings=list(warnings_of(tree)))
 
     def check_swap(self) -> None:
         """Make sure that something is under way from which another tree can take over; raises Illegal."""
@@ -138,7 +138,7 @@ class Mission:
             after=tree.tree_id,
             carried=list(carried.keys),
             clashes=carried.clashes,
-            warnings=list(tree.warnings),
+            warnings=list(warnings_of(tree)),
         )
 
     def start(self) -> None:

@@ -22,6 +22,7 @@ from behavior_tree import (
     load_from_library,
     load_text,
 )
+from behavior_tree.nav2 import PauseResumeController
 from regraft.process.modules import package_folder
 
 TREE_ENTRY_POINTS: Final = "regraft.trees"
@@ -128,6 +129,18 @@ def library_of(paths: Iterable[str | Path]) -> TreeLibrary:
     except TreeError as error:
         raise Unloadable(str(error)) from None
     return library
+
+
+def warnings_of(tree: Tree) -> tuple[str, ...]:
+    """Return the doubts about a tree, with file and line: the loader's, and the nodes that nobody can pause."""
+    unpausable = (
+        f"{node.setup.file or '<text>'}:{node.setup.line}: {node.type_id} '{node.name}' cannot be paused: "
+        "the services that it names are not offered"
+        for node in tree.nodes
+        if isinstance(node, PauseResumeController)
+    )
+    # A sub-tree may be used many times.
+    return (*tree.warnings, *dict.fromkeys(unpausable))
 
 
 def check_size(tree: Tree) -> None:
