@@ -23,6 +23,7 @@ from regraft.bus_schema.messages.management.objectives import (
     ObjectivesRequest,
     ObjectivesStatus,
     ObjectiveStatus,
+    ProgressReport,
 )
 from regraft.bus_schema.model.adaptation import (
     ADAPT,
@@ -158,6 +159,11 @@ class Director(Component):
         """Set the context."""
         place = f"planners/{PLANNER}/objectives/context"
         return await self.kit.call(place, ContextRequest(context), ContextStatus, timeout=PATIENCE)
+
+    async def report_progress(self, name: str, text: str) -> ObjectiveStatus:
+        """Report a skill's result."""
+        place = f"planners/{PLANNER}/objectives/report"
+        return await self.kit.call(place, ProgressReport(name, text), ObjectiveStatus, timeout=PATIENCE)
 
     def pursue(self, objective: Objective) -> Goal[ObjectiveStatus, ObjectiveStatus]:
         """Have an objective pursued as a goal."""

@@ -164,7 +164,7 @@ class Metacontroller(Component):
         except Implausible as error:
             self._log.doubt(f"{diagnostic.source}: {diagnostic.text}: {error}")
         if (monitor.failed, monitor.context) != before or diagnostic.text == wire.BINDING_ERROR:
-            self._begin_cycle()
+            self._take_in()
 
     @adaptations.handler
     def take_adaptation(self, report: AdaptationReport) -> None:
@@ -188,6 +188,11 @@ class Metacontroller(Component):
     def _begin_cycle(self) -> None:
         self._due = True
         self._wake.resolve(None)
+
+    def _take_in(self) -> None:
+        """Keep what has come from outside before anybody counts on it: a cycle under way may last long."""
+        self.kit.checkpoint()
+        self._begin_cycle()
 
     async def _control(self) -> None:
         while True:
@@ -265,7 +270,7 @@ class Metacontroller(Component):
         owner = self.kit.goal_id
         (entry,) = self._state.store.add([goal], owner, where="")
         name = entry.given.name
-        self._begin_cycle()
+        self._take_in()
         shown: wire.ObjectiveStatus | None = None
         try:
             while True:
@@ -281,7 +286,7 @@ class Metacontroller(Component):
                     )
         except Cancelled:
             entry.release(owner)
-            self._begin_cycle()
+            self._take_in()
             raise
 
     @service("planners/{name}/objectives/add")
@@ -293,7 +298,7 @@ class Metacontroller(Component):
         if request.wait:
             await self._settled()
         else:
-            self._begin_cycle()
+            self._take_in()
         return self._of([name for name in names if name in self._state.store])
 
     @service("planners/{name}/objectives/list")
@@ -319,7 +324,7 @@ class Metacontroller(Component):
         if request.wait:
             await self._settled()
         else:
-            self._begin_cycle()
+            self._take_in()
         return self._status()
 
     @service("planners/{name}/objectives/report")
@@ -331,6 +336,7 @@ class Metacontroller(Component):
         if status.ended:
             self._state.end(request.objective)
             self._begin_cycle()
+        self.kit.checkpoint()
         self._notify()
         return status
 
@@ -342,7 +348,7 @@ class Metacontroller(Component):
             self._state.monitor.set_context(request.context)
         except Implausible as error:
             raise RequestRefused(str(error), RefusalCode.NOT_FOUND, field="context") from None
-        self._begin_cycle()
+        self._take_in()
         return wire.ContextStatus(request.context, before)
 
     # --- as a planner ---
