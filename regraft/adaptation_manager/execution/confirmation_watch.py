@@ -185,13 +185,13 @@ class Watch:
 
 
 def _of_requirement(name: str, quality: Quality | None) -> Verdict:
-    """Return whether a requirement is met; what was measured when its task last ran is no news."""
+    """Return whether a requirement is met, None without news: its task does not run, or it is not known."""
     if quality is None:
         text = f"the quality requirement {name} is not reported any more"
         return Verdict(False, BreachCode.REQUIREMENT_NOT_REPORTED, text)
     metric = "" if quality.metric is None else f": its metric is {quality.metric:g}"
     text = f"the quality requirement {name} broke{metric}"
-    holds = True if not quality.active else quality.satisfied
+    holds = quality.satisfied if quality.active else None
     return Verdict(holds, BreachCode.REQUIREMENT_BROKEN, text, value=quality.metric)
 
 

@@ -76,6 +76,12 @@ def _tell(system: System, satisfied: bool | None, *, active: bool = True, requir
     assert told.wait(PATIENCE)
 
 
+def _see(looks: Looks) -> None:
+    """Wait for a look that sees what was reported."""
+    asked = looks.count
+    wait_until(lambda: looks.count > asked + 1)
+
+
 def test_what_holds_for_its_time_is_applied(system: System) -> None:
     report = system.adapt(LOUDER, confirm=SHORT)
     assert (report.outcome, report.revision_after) == (Outcome.APPLIED, 2)
@@ -228,10 +234,19 @@ def test_a_requirement_that_was_broken_before_and_met_since_must_not_break_again
     _tell(system, False)
     line = _confirming(system, LOUDER, watch=("MoveSafely",))
     _tell(system, True)
-    asked = looks.count
-    wait_until(lambda: looks.count > asked + 1)
+    _see(looks)
     _tell(system, False)
     assert "MoveSafely broke" in _ended(system, line.id).error
+
+
+def test_a_pause_of_its_task_does_not_meet_a_requirement_that_was_broken_before(system: System, looks: Looks) -> None:
+    _tell(system, False)
+    line = _confirming(system, LOUDER, watch=("MoveSafely",))
+    for active in (False, True):
+        _tell(system, False, active=active)
+        _see(looks)
+    _tell(system, True)
+    assert _confirm(system, line.id).outcome is Outcome.APPLIED
 
 
 def test_cancelling_it_undoes_it(system: System) -> None:
