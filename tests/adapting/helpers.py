@@ -35,7 +35,7 @@ from regraft.services.bt_executor.leaves.context import Asked
 
 
 def small_architecture() -> Architecture:
-    """A navigator, a detector and a lamp."""
+    """A navigator, a detector, a lamp that is inactive, and a horn that is not configured."""
     parameters = (
         ParameterDescription("max_velocity", 0.26, {"type": "number"}),
         ParameterDescription("mode", "wary", {"type": "string"}),
@@ -46,6 +46,7 @@ def small_architecture() -> Architecture:
         ComponentSpec("navigator", description=navigator),
         ComponentSpec("detector", connections={"image": "camera/image"}, description=detector),
         ComponentSpec("lamp", state=State.INACTIVE, description=Description("a:Lamp", "")),
+        ComponentSpec("horn", state=State.UNCONFIGURED, description=Description("a:Horn", "")),
     )
     return Architecture("t", 1, False, {spec.name: spec for spec in specs}, {})
 

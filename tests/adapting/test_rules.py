@@ -119,6 +119,9 @@ def test_a_rule_may_disconnect_a_port() -> None:
         "max_velocity += 0.1 within [0.1, 0.26]",
         "connect detector.image to camera/image",
         "deactivate lamp",
+        "configure lamp",
+        "configure detector, activate detector",
+        "deactivate horn, cleanup horn",
         "detector.pictures := 1, mode := 'wary'",
     ],
 )
@@ -127,6 +130,28 @@ def test_a_rule_that_would_change_nothing_asks_for_nothing(rules: str) -> None:
     assert at.tick() == "SUCCESS"
     assert at.context.adaptations == []
     assert at.entry("o") == "unchanged"
+
+
+@pytest.mark.parametrize(
+    ("rules", "steps"),
+    [
+        ("activate horn", (ChangeState("horn", Transition.CONFIGURE), ChangeState("horn", Transition.ACTIVATE))),
+        (
+            "configure horn, activate horn",
+            (ChangeState("horn", Transition.CONFIGURE), ChangeState("horn", Transition.ACTIVATE)),
+        ),
+        ("configure lamp, activate lamp", (ChangeState("lamp", Transition.ACTIVATE),)),
+        (
+            "cleanup detector",
+            (ChangeState("detector", Transition.DEACTIVATE), ChangeState("detector", Transition.CLEANUP)),
+        ),
+    ],
+)
+def test_a_transition_leads_to_its_state_from_any_other(rules: str, steps: tuple[ChangeState, ...]) -> None:
+    at = bench("AdaptOnStart", f'rules="{rules}"')
+    at.tick()
+    (request,) = at.context.adaptations
+    assert request.changes == steps
 
 
 def test_only_what_changes_is_asked_for() -> None:
@@ -174,6 +199,7 @@ def test_the_tree_may_rewrite_rules_locations_and_bounds() -> None:
         ),
         ('rules="activate"', "'activate' does not name its component"),
         ('rules="n.b := 1 within [1]"', "rule 1"),
+        ('rules="activate a, cleanup b, deactivate a"', "a is to become two things"),
         ('rules="n.b := 1" adaptation_subject="c"', "sets 'b', but adaptation_subject is c"),
         ('rules="explode navigator"', "'explode navigator' is no action"),
         ('rules="n.b := 1" adaptation_strategy="ucb1"', "either the port rules, or the port adaptation_strategy"),

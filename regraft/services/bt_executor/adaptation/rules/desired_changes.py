@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from regraft.bus_schema.annotations import PlainValue
-from regraft.bus_schema.model.adaptation import Change, ChangeState, Connect, SetParameters
+from regraft.bus_schema.model.adaptation import Change, Connect, SetParameters
 from regraft.bus_schema.model.architecture import Architecture
-from regraft.bus_schema.model.lifecycle import TRANSITIONS
+from regraft.bus_schema.model.modes.modes import as_needed
 
 _DIGITS: Final = 12
 """Significant digits that steps keep, so that 0.26 - 0.08 is 0.18."""
@@ -58,7 +58,7 @@ def current_value(architecture: Architecture, component: str, parameter: str) ->
 def resolved(desired: Sequence[DesiredChange], architecture: Architecture) -> tuple[Change, ...]:
     """Return the changes that desired changes come to, without those that would change nothing.
 
-    Requests for parameters of one component become one change.
+    Requests for parameters of one component become one change. A transition names the state to be reached, as in modes.
 
     Raises:
         Impossible: a step cannot be computed.
@@ -76,7 +76,7 @@ def resolved(desired: Sequence[DesiredChange], architecture: Architecture) -> tu
     for component, wanted in values.items():
         for name in [name for name, value in wanted.items() if _is(architecture, component, name, value)]:
             del wanted[name]
-    return tuple(change for change in changes if not _holds(change, architecture))
+    return as_needed([change for change in changes if not _holds(change, architecture)], architecture)
 
 
 def _values(
@@ -121,12 +121,10 @@ def _is(architecture: Architecture, component: str, name: str, value: PlainValue
 
 
 def _holds(change: Change, architecture: Architecture) -> bool:
-    """Return whether a change would change nothing."""
+    """Return whether values or a connection are in force already."""
     spec = architecture.components.get(change.component)
     if isinstance(change, SetParameters):
         return not change.parameters and spec is not None
     if spec is not None and isinstance(change, Connect):
         return spec.connections.get(change.port, "") == change.topic
-    if spec is not None and isinstance(change, ChangeState):
-        return any(end is spec.state for (_, by), (_, end) in TRANSITIONS.items() if by is change.transition)
     return False

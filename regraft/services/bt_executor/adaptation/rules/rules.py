@@ -16,6 +16,7 @@ from typing import Any, Final
 
 from behavior_tree import Node
 from regraft.bus_schema.model.adaptation import ChangeState, Connect, SetParameters
+from regraft.bus_schema.model.lifecycle import DOWNWARD
 from regraft.services.bt_executor.adaptation.rules.desired_changes import DesiredChange, Step, clamped
 from regraft.services.bt_executor.adaptation.rules.rule_text import (
     ActionText,
@@ -29,6 +30,7 @@ from regraft.services.bt_executor.adaptation.rules.rule_text import (
 from regraft.services.bt_executor.adaptation.rules.scripts import KnowingScript
 
 STEPS: Final = ("+=", "-=")
+TWO_THINGS: Final = "is to become two things; all actions of a rule are one change"
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,11 +173,15 @@ def _in_order(low: Any, high: Any) -> bool:
 def _check_at_once(actions: Sequence[_Setting | Connect | ChangeState]) -> None:
     """Make sure that nothing is to become two things at once; steps add up. Raises ValueError."""
     steps: dict[tuple[str, str], bool] = {}
+    downward: dict[str, bool] = {}
     for action in actions:
         if isinstance(action, ChangeState):
+            is_down = action.transition in DOWNWARD
+            if downward.setdefault(action.component, is_down) is not is_down:
+                raise ValueError(f"{action.component} {TWO_THINGS}")
             continue
         is_step = isinstance(action, _Setting) and action.operator in STEPS
         target = action.component, action.port if isinstance(action, Connect) else action.parameter
         if not (steps.get(target, True) and (is_step or target not in steps)):
-            raise ValueError(f"{'.'.join(target)} is to become two things; all actions of a rule are one change")
+            raise ValueError(f"{'.'.join(target)} {TWO_THINGS}")
         steps[target] = is_step
