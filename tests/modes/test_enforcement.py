@@ -159,6 +159,16 @@ def test_a_mode_that_an_earlier_run_has_entered_is_not_taken_for_a_manual_one() 
     assert made.see(_modes("normal"), 2.0, TIMES) == [""]
 
 
+def test_a_mode_in_force_stays_entered_once_where_modes_are_tried_again_at_once() -> None:
+    made, times = _begun(), replace(TIMES, retry=0.0)
+    _due(made, 1.0, bad=True)
+    made.entered(DEGRADE, 1.2, times)
+    made.look({"bad": True}, 5.0)
+    assert made.due(5.0, times) is None
+    made.look({"bad": True}, 6.0, ("degraded",))
+    assert made.due(6.0, times) is DEGRADE
+
+
 def test_a_mode_that_a_component_has_fallen_out_of_is_entered_again_while_its_rule_holds() -> None:
     made = _begun("normal")
 

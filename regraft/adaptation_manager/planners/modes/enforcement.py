@@ -164,7 +164,8 @@ class Enforcement:
             if memory is None or part in decided or not self._counts(rule, memory, now, times):
                 continue
             decided.add(part)
-            fallen = now >= self._fallen_since.get(rule.mode, now) + times.retry - ROUNDING
+            since = self._fallen_since.get(rule.mode)
+            fallen = since is not None and now >= since + times.retry - ROUNDING
             stands = memory.target == rule.mode and memory.as_asked and not fallen
             if not stands and now >= max(memory.dwell_until, memory.manual_until, memory.retry_at) - ROUNDING:
                 return rule
