@@ -14,6 +14,7 @@ from regraft.bus_schema.model.lifecycle import State
 from regraft.stack import StackError, check_with_classes, load
 from tests.metacontrol.control.bench import PATROL, SKILLS, perform, write
 from tests.metacontrol.control.parts import PLANNER, Director
+from tests.support.waiting import PATIENCE
 
 RULE = """\
 <?xml version="1.0" encoding="UTF-8"?>
@@ -128,6 +129,17 @@ def test_it_is_asked_for_proposals_as_other_planners_are(tmp_path: Path) -> None
         assert done.report is not None
         again = await _propose(director, apply=True)
         assert (again.choice["outcome"], again.changes) == ("unchanged", ())
+
+    perform(tmp_path, script)
+
+
+def test_a_proposed_objective_has_the_name_that_its_inputs_give(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        inputs = {"skill": "to_navigate", "name": "patrol"}
+        request = ProposalRequest("rounds", apply=True, inputs=inputs)
+        done = await director.kit.call(f"planners/{PLANNER}/propose", request, Proposal, timeout=PATIENCE)
+        assert (done.task, done.choice["objective"]) == ("rounds", "patrol")
+        assert [each.objective for each in (await director.all()).objectives] == ["patrol"]
 
     perform(tmp_path, script)
 

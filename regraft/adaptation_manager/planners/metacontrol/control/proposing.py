@@ -20,14 +20,14 @@ def inputs_schema() -> dict[str, PlainValue]:
 
 
 def objective_of(request: ProposalRequest) -> Objective:
-    """Return the objective that a request is about, under the name of its task; raises RequestRefused."""
+    """Return the objective that a request is about, named as its task where it has no name; raises RequestRefused."""
     if not request.task:
         raise RequestRefused("is empty: name the objective", RefusalCode.MALFORMED, field="task")
     try:
         given: Objective = record_shape(Objective).unpack(request.inputs)
     except BadMessage as error:
         raise RequestRefused.malformed(error.inside("inputs")) from None
-    return replace(given, name=request.task)
+    return replace(given, name=given.name or request.task)
 
 
 def choice_of(decision: Decision, outcome: str, notes: tuple[str, ...] = ()) -> dict[str, PlainValue]:
