@@ -193,13 +193,18 @@ def test_the_choice_does_not_depend_on_the_order_of_the_options(name: str) -> No
         assert keys[strategy.choose(Offer(keys), Random(0)).index] == "g"
 
 
-@pytest.mark.parametrize("name", ["epsilon_greedy", "ucb1", "ucb_tuned", "sliding_window_ucb"])
+@pytest.mark.parametrize("name", ["epsilon_greedy", "ucb1", "ucb_tuned", "sliding_window_ucb", "linucb"])
 def test_an_option_that_never_earns_a_credit_does_not_keep_the_strategy_waiting(name: str) -> None:
     strategy = new(name, **({"epsilon": 0.0} if name == "epsilon_greedy" else {}))
     strategy.learn("b", 0.5, {})
     silent = Offer(["a", "b"], {"a": 2})
     assert strategy.choose(silent, Random(0)).index == 0
     assert strategy.choose(Offer(["a", "b"], {"a": 3}), Random(0)).index == 1
+
+
+@pytest.mark.parametrize("name", ALL.names())
+def test_where_no_option_earns_a_credit_one_is_chosen_all_the_same(name: str) -> None:
+    assert new(name).choose(Offer(["a", "b"], {"a": 3, "b": 3}), Random(0)).index in (0, 1)
 
 
 @pytest.mark.parametrize("name", ALL.names())

@@ -12,7 +12,7 @@ from typing import Annotated, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from regraft.adaptation_manager.planners.bandits.strategies.averages import MAX_KEPT, best
+from regraft.adaptation_manager.planners.bandits.strategies.averages import MAX_KEPT, TRIES_WITHOUT_CREDIT
 from regraft.adaptation_manager.planners.bandits.strategy import CannotLearn, Decision, Knobs, Offer, Strategy
 from regraft.bus_schema.annotations import Bounds, PlainValue
 from regraft.bus_schema.errors import BadMessage
@@ -94,12 +94,20 @@ class LinUcb(Strategy[LinUcbKnobs]):
             raise BadMessage(f"are {len(names)}, must be at most {MAX_FEATURES}: name those that count", ("features",))
 
     def choose(self, offer: Offer, rng: Random) -> Decision:
-        """Choose the highest x' theta + alpha sqrt(x' A^-1 x) (algorithm 1 of the paper)."""
+        """Choose the highest x' theta + alpha sqrt(x' A^-1 x) (algorithm 1 of the paper).
+
+        An option chosen often without a credit would keep its wide bound for ever: others go before it.
+        """
         names = self._names_with(offer.context)
         x = self._vector(names, offer.context)
-        scores = [self._bound(self._models.get(key), x) for key in offer.keys]
-        chosen = best(scores)
-        return Decision(chosen, f"best bound in this context, {scores[chosen]:.4g}")
+        worth = [self._bound(self._models.get(key), x) for key in offer.keys]
+        every = range(len(worth))
+        hopeful = [index for index in every if not self._is_in_vain(offer.keys[index], offer)] or every
+        chosen = max(hopeful, key=worth.__getitem__)
+        return Decision(chosen, f"best bound in this context, {worth[chosen]:.4g}")
+
+    def _is_in_vain(self, key: str, offer: Offer) -> bool:
+        return key not in self._models and offer.uncredited.get(key, 0) >= TRIES_WITHOUT_CREDIT
 
     def learn(self, key: str, utility: float, context: Mapping[str, float]) -> None:
         """Take a utility into the option's model."""
