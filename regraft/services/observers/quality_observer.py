@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Final
 
-from regraft import Component, Input, Level, Output, Parameter, ParameterError, Records, every
+from regraft import Component, Input, Level, Output, Parameter, ParameterError, Records, State, every
 from regraft.bus_schema.annotations import PlainValue, Text
 from regraft.bus_schema.encoding.reading_checks import ValueKind
 from regraft.bus_schema.errors import BadMessage
@@ -81,8 +81,9 @@ class QualityObserver(Component):
     """Publishes ``QA status`` diagnostics with measured qualities, and ``Context status`` with the present context.
 
     A quality that is not known is not published; why it is not known is among the component's diagnostics. The first
-    context whose condition has held for ``settle`` is published when it is another than before. A condition that is
-    not known does not hold. Where none holds, the context stays.
+    context whose condition has held for ``settle`` is published when it is another than before, and again when a
+    component becomes active, which may not have heard it. A condition that is not known does not hold. Where none
+    holds, the context stays.
     """
 
     resources = Resources(cpu=0.01, memory=25.0)
@@ -142,6 +143,7 @@ class QualityObserver(Component):
         self._unknown: dict[str, str] = {}
         self._context = self._candidate = ""
         self._candidate_since = self.kit.now()
+        self._active: frozenset[tuple[str, int]] = frozenset()
 
     def on_deactivate(self) -> None:
         """Note what was read last: it may be wrong by the next activation."""
@@ -162,9 +164,17 @@ class QualityObserver(Component):
                 continue
             self._note(each.subject, "")
             self._publish(now, each.objective, QUALITY_STATUS, {each.quality: value})
-        self._see_context(situation)
+        self._see_context(situation, repeats=self._see_activations(states))
 
-    def _see_context(self, situation: Situation) -> None:
+    def _see_activations(self, states: SystemStates | None) -> bool:
+        """Return whether runs of components have become active since the last look."""
+        if states is None:
+            return False
+        active = {(each.component, each.incarnation) for each in states.components if each.state is State.ACTIVE}
+        before, self._active = self._active, frozenset(active)
+        return not active <= before
+
+    def _see_context(self, situation: Situation, *, repeats: bool) -> None:
         now, found = situation.now, ""
         for context, condition in self._conditions:
             try:
@@ -178,8 +188,9 @@ class QualityObserver(Component):
         if found != self._candidate:
             self._candidate, self._candidate_since = found, now
         if found and found != self._context and now - self._candidate_since >= self.settle:
-            self._context = found
-            self._publish(now, "", CONTEXT_STATUS, {CONTEXT: found})
+            self._context, repeats = found, True
+        if repeats and self._context:
+            self._publish(now, "", CONTEXT_STATUS, {CONTEXT: self._context})
 
     def _note(self, subject: str, why: str) -> None:
         """Report once why something is not known, and once that it is known again."""

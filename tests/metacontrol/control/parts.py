@@ -12,6 +12,7 @@ from regraft.bus_schema.messages.health import Diagnostic, Level
 from regraft.bus_schema.messages.management.manager import CancelAdaptation, JournalPage, JournalRequest
 from regraft.bus_schema.messages.management.objectives import (
     COMPONENT_STATUS,
+    CONTEXT_STATUS,
     QUALITY_STATUS,
     ContextRequest,
     ContextStatus,
@@ -180,6 +181,10 @@ class Director(Component):
     def report(self, quality: str, value: object, objective: str = "", at: float | None = None) -> None:
         """Report a measured quality."""
         self._diagnose(QUALITY_STATUS, {quality: value}, objective, Level.OK, at)
+
+    def report_context(self, context: str) -> None:
+        """Report the present context, as an observer does."""
+        self._diagnose(CONTEXT_STATUS, {"context": context}, "", Level.OK, None)
 
     def report_component(self, name: str, value: object) -> None:
         """Report a component's status."""

@@ -9,8 +9,8 @@ import pytest
 
 from regraft.bus_schema.messages.management.manager import JournalPage, JournalRequest
 from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
-from regraft.bus_schema.model.adaptation import JOURNAL, EnterMode, SetParameters, Swap
-from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.adaptation import JOURNAL, ChangeState, EnterMode, SetParameters, Swap
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.stack import StackError, check_with_classes, load
 from tests.metacontrol.control.bench import PATROL, SKILLS, perform, write
 from tests.metacontrol.control.parts import PLANNER, Director
@@ -78,6 +78,41 @@ def test_a_successor_knows_all_and_switches_nothing(tmp_path: Path) -> None:
         goal.cancel()
         await director.wait(1.0)
         assert [each.objective for each in (await director.all()).objectives] == ["patrol"]
+
+    perform(tmp_path, script)
+
+
+def test_a_context_that_was_published_while_it_was_inactive_counts_as_it_is_repeated(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        assert (await director.all()).context == "Default"
+        await director.adapt(ChangeState(PLANNER, Transition.DEACTIVATE))
+        director.report_context("OnChargingStation")
+        await director.adapt(ChangeState(PLANNER, Transition.ACTIVATE))
+        assert (await director.all()).context == "Default"
+        director.report_context("OnChargingStation")
+        await director.wait(0.2)
+        assert (await director.all()).context == "OnChargingStation"
+
+    perform(tmp_path, script)
+
+
+def test_a_context_that_a_client_sets_stays_until_observers_find_another_also_after_a_swap(tmp_path: Path) -> None:
+    async def script(director: Director) -> None:
+        assert (await director.all()).context == "Default"
+        director.report_context("OnChargingStation")
+        await director.wait(0.2)
+        assert (await director.all()).context == "OnChargingStation"
+        await director.set_context("BatteryCharging")
+        director.report_context("OnChargingStation")
+        await director.wait(0.2)
+        assert (await director.all()).context == "BatteryCharging"
+        await director.adapt(Swap(PLANNER))
+        director.report_context("OnChargingStation")
+        await director.wait(0.2)
+        assert (await director.all()).context == "BatteryCharging"
+        director.report_context("Default")
+        await director.wait(0.2)
+        assert (await director.all()).context == "Default"
 
     perform(tmp_path, script)
 

@@ -31,6 +31,7 @@ class Scene:
     rig: Rig
     diagnostics: list[Diagnostic]
     states: dict[str, State | None] = field(default_factory=lambda: {"camera": State.ACTIVE, "laser": State.ACTIVE})
+    runs: dict[str, int] = field(default_factory=dict)
     faults: dict[str, SystemFaultKind] = field(default_factory=dict)
     sensors: dict[str, str] = field(default_factory=dict)
     has_monitor: bool = False
@@ -41,7 +42,7 @@ class Scene:
     def publish(self) -> None:
         """Publish how all of it is."""
         now = self.rig.clock.now() / 1e9
-        components = tuple(ComponentState(name, 1, state) for name, state in self.states.items())
+        components = tuple(ComponentState(name, self.runs.get(name, 1), state) for name, state in self.states.items())
         self.rig.publish("system/states", SystemStates(now, components))
         self.failed_at = {fault: self.failed_at.get(fault, now) for fault in self.faults.items()}
         present = tuple(SystemFault(stamp, name, 1, kind, "why") for (name, kind), stamp in self.failed_at.items())

@@ -109,6 +109,19 @@ def test_the_first_context_that_holds_is_published_when_it_is_another() -> None:
         assert [each["context"] for each in values(seen)] == ["BatteryCharging", "OnChargingStation", "Default"]
 
 
+def test_a_context_is_published_again_for_a_component_that_has_become_active_since() -> None:
+    with scene(QualityObserver, contexts=[OTHERWISE], settle=0.0) as seen:
+        seen.states["reader"] = State.INACTIVE
+        seen.run(2.0)
+        assert len(seen.news()) == 1
+        seen.states["reader"] = State.ACTIVE
+        seen.run(2.0)
+        assert seen.news() == [("ok", "Context status", {"context": "Default"})]
+        seen.runs["reader"] = 2
+        seen.run(2.0)
+        assert seen.news() == [("ok", "Context status", {"context": "Default"})]
+
+
 def test_a_context_has_to_hold_for_a_while() -> None:
     with scene(QualityObserver, contexts=[CHARGING, OTHERWISE], settle=1.2) as seen:
         seen.run(3.0)

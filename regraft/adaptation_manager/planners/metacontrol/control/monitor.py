@@ -57,6 +57,7 @@ class Monitor:
         self.contexts = tuple(contexts)
         context = known.get("context", DEFAULT_CONTEXT)
         self.context = context if context in self.contexts else DEFAULT_CONTEXT
+        self._published: str = known.get("published", "")  # an earlier version has none
         self.measurements = Measurements(known.get("measurements"))
         self._gone: set[str] = set(known.get("gone", ()))
         self._removed: set[str] = set(known.get("removed", ()))
@@ -75,6 +76,7 @@ class Monitor:
         """Return what a further run has to know, as plain data."""
         return {
             "context": self.context,
+            "published": self._published,
             "measurements": self.measurements.remembered(),
             "gone": sorted(self._gone),
             "removed": sorted(self._removed),
@@ -135,7 +137,7 @@ class Monitor:
         if diagnostic.text == COMPONENT_STATUS:
             self._take_component(key, value)
         elif diagnostic.text == CONTEXT_STATUS:
-            self.set_context(str(value))
+            self._take_context(str(value))
         else:
             self._take_quality(diagnostic, key, value, objectives)
 
@@ -144,6 +146,12 @@ class Monitor:
         if context not in self.contexts:
             raise Implausible(no_such("context", context, self.contexts))
         self.context = context
+
+    def _take_context(self, context: str) -> None:
+        """Take a published context; one that is repeated is no news, as a client may have set another since."""
+        if context != self._published:
+            self.set_context(context)
+            self._published = context
 
     def _take_component(self, key: str, value: PlainValue) -> None:
         name = self._observed.get(key)
