@@ -12,11 +12,14 @@ import pytest
 from regraft.adaptation_manager.planners.bandits.bandit_planner import BanditPlanner
 from regraft.adaptation_manager.planners.decisions.deciding import DecidingPlanner
 from regraft.adaptation_manager.planners.forecast.forecast_planner import ForecastPlanner
+from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.management.system import SystemFault, SystemFaultKind, SystemFaults, SystemQualities
 from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
+from regraft.bus_schema.messages.protocol.control import Snapshot
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.messages.sensors import LightLevel
 from regraft.bus_schema.model.adaptation import SetParameters
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.testing import Rig
 from tests.planners.parts import SmallManager, spec
 from tests.planners.test_forecast import Careful
@@ -68,6 +71,23 @@ class Bench:
     def propose(self, apply: bool = True, context: dict[str, Any] | None = None, **inputs: Any) -> Proposal:
         request = ProposalRequest("drive", "pace", "tree", apply, {"decision": "pace", **inputs}, context or {})
         return self.rig.call(f"planners/{self.name}/propose", request, Proposal, timeout=60.0)
+
+    def succeed(self) -> None:
+        """Have a further run of the planner take over, with what this one would keep."""
+        planner = self._planner
+        state = codec.decode(codec.encode(Snapshot(self.name, 1, 0.0, 1, planner.snapshot())), Snapshot).state
+        parameters = dict(self.rig.runtimes[self.name].assignment.parameters)
+        self.rig.transition(self.name, Transition.DEACTIVATE)
+        self.name += "_again"
+        successor = self.rig.add(type(planner), self.name, parameters, state=State.INACTIVE)
+        successor.restore(state)
+        self.rig.transition(self.name, Transition.ACTIVATE)
+
+    @property
+    def _planner(self) -> DecidingPlanner:
+        component = self.rig.runtimes[self.name].component
+        assert isinstance(component, DecidingPlanner)
+        return component
 
     @property
     def reasons(self) -> list[str]:

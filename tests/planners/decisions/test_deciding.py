@@ -11,7 +11,8 @@ from jsonschema import Draft202012Validator
 from regraft.adaptation_manager.planners.forecast.forecast_planner import ForecastPlanner
 from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
 from regraft.bus_schema.messages.sensors import LightLevel
-from regraft.bus_schema.model.adaptation import Add, SetParameters
+from regraft.bus_schema.model.adaptation import Add, Outcome, SetParameters
+from regraft.bus_schema.model.lifecycle import Transition
 from regraft.client import as_json
 from regraft.testing import Rig
 from tests.planners.decisions.deciding import (
@@ -86,6 +87,72 @@ def test_the_bandits_learn_from_the_utility_that_they_measure_themselves(tmp_pat
         assert credit["ticket"] == first.ticket
         assert credit["credited"] is True
         assert credit["utility"] == pytest.approx(0.4)
+
+
+def test_a_choice_in_force_is_measured_on_where_a_further_one_is_rejected(tmp_path: Path) -> None:
+    with bench(tmp_path, "bandits") as on:
+        on.dark(0.2)
+        first = on.propose()
+        on.manager.fates = [Outcome.REJECTED]
+        assert on.propose().choice["outcome"] == "rejected"
+        on.dark(0.2, seconds=4.0)
+        credit = on.propose().choice["credit"]
+        assert (credit["ticket"], credit["utility"]) == (first.ticket, pytest.approx(0.4))
+
+
+def test_a_choice_that_a_further_one_has_disturbed_is_measured_no_more(tmp_path: Path) -> None:
+    with bench(tmp_path, "bandits") as on:
+        on.dark(0.2)
+        on.propose()
+        on.manager.fates = [Outcome.ROLLED_BACK]
+        assert on.propose().choice["outcome"] == "rolled_back"
+        on.dark(0.2, seconds=4.0)
+        assert "credit" not in on.propose().choice
+
+
+def test_what_was_measured_of_a_choice_outlives_an_inactive_time(tmp_path: Path) -> None:
+    with bench(tmp_path, "bandits") as on:
+        on.dark(0.2)
+        first = on.propose()
+        on.dark(0.2, seconds=4.0)
+        on.rig.transition("bandits", Transition.DEACTIVATE)
+        on.rig.transition("bandits", Transition.ACTIVATE)
+        credit = on.propose().choice["credit"]
+        assert (credit["ticket"], credit["credited"], credit["utility"]) == (first.ticket, True, pytest.approx(0.4))
+
+
+@pytest.mark.parametrize("before_it", [4.0, 0.5])
+def test_what_was_measured_of_a_choice_is_known_to_the_next_run(tmp_path: Path, before_it: float) -> None:
+    with bench(tmp_path, "bandits") as on:
+        on.dark(0.2)
+        first = on.propose()
+        on.dark(0.2, seconds=before_it)
+        on.succeed()
+        on.dark(0.2, seconds=4.0)
+        credit = on.propose().choice["credit"]
+        assert (credit["ticket"], credit["credited"], credit["utility"]) == (first.ticket, True, pytest.approx(0.4))
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("utility: speed * safety", "utility: speed"),
+        ("[0.1, 0.18, 0.26]", "[0.15, 0.2]"),
+        ("settle: 1", "settle: 0"),
+    ],
+)
+def test_a_choice_is_measured_on_only_by_a_decision_that_means_the_same(
+    tmp_path: Path, before: str, after: str
+) -> None:
+    text = PACE.partition("faults:")[0]
+    with bench(tmp_path, "bandits", text) as on:
+        on.dark(0.2)
+        on.propose()
+        on.dark(0.2, seconds=4.0)
+        (tmp_path / "pace.yaml").write_text(text.replace(before, after))
+        on.succeed()
+        on.dark(0.2)
+        assert ("credit" in on.propose().choice) == before.startswith("settle")
 
 
 def test_a_dry_decision_leaves_the_measuring_of_what_stands(tmp_path: Path) -> None:

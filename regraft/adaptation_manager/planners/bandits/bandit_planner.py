@@ -57,14 +57,15 @@ class BanditPlanner(DecidingPlanner):
         """Find the strategies; raises BadStrategy."""
         self._strategies = Strategies(self.strategies.split())
         self._memories: dict[str, TaskMemory] = {}
+        self._meters = Meters()
 
     def on_activate(self) -> None:
         """Begin with nothing under way."""
         self._manager = Manager(self.kit)
         self._turns = Turns()
         self._spaces: dict[str, tuple[Option, ...] | BadMessage] = {}
-        self._meters = Meters()
         self.begin_deciding()
+        self._meters.keep_fitting(self.known_decisions)
         if self.known_decisions:
             self.kit.spawn(self._measure(), "measuring what choices are worth")
 
@@ -157,7 +158,7 @@ class BanditPlanner(DecidingPlanner):
                     if credit is None and unknown:
                         question.notes.append(f"the choice before has no credit: {unknown}")
             memory.check(asked.strategy, knobs, options, context)
-            if decision is not None and request.apply:
+            if decision is not None and request.apply and credit is not None:
                 self._meters.end(request.task)
             told = memory.credit(credit, architecture) if credit else None
             seed = f"{self.kit.seed}/{self.seed}"
@@ -172,7 +173,7 @@ class BanditPlanner(DecidingPlanner):
     async def _measure(self) -> None:
         while True:
             await self.kit.sleep(SAMPLE_EVERY)
-            self._meters.sample(self.kit.now(), self.measured_situation)
+            self._meters.sample(self.kit.now(), self.known_decisions, self.measured_situation)
 
     async def _carry_out(
         self,
@@ -195,6 +196,7 @@ class BanditPlanner(DecidingPlanner):
         choice = _shown(chosen, done.outcome, told, question)
         if done.disturbed:
             memory.disturbed(began)
+            self._meters.end(request.task)
         ticket = ""
         if done.stands:
             now = self.kit.now()
@@ -220,18 +222,20 @@ class BanditPlanner(DecidingPlanner):
         if len(self._memories) > MAX_TASKS:
             oldest = next(iter(self._memories))
             del self._memories[oldest]
+            self._meters.end(oldest)
             self.kit.event("planner.forgot", f"task {oldest!r} was forgotten: there are more than {MAX_TASKS}")
         return memory
 
     def snapshot(self) -> PlainValue:
-        """Return what was learned, and the tickets that are out."""
-        return {task: memory.state() for task, memory in self._memories.items()}
+        """Return what was learned, the tickets that are out, and what was measured of what is in force."""
+        return {task: {**memory.state(), "meter": self._meters.state(task)} for task, memory in self._memories.items()}
 
     def restore(self, state: PlainValue) -> None:
         """Continue with what was learned."""
         for task, kept in state.items():
             self._memories[task] = TaskMemory(task, self._strategies)
             self._memories[task].restore(kept)
+            self._meters.restore(task, kept.get("meter"))  # an earlier version has none
 
 
 def _shown(chosen: Chosen, outcome: str, told: Told | None, question: Question | None) -> dict[str, PlainValue]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any, Final
 
 from regraft.adaptation_manager.planners.bandits.credit import Credit, read_credit
@@ -11,9 +11,10 @@ from regraft.adaptation_manager.planners.choices.inputs import Asked
 from regraft.adaptation_manager.planners.choices.slots import Option
 from regraft.adaptation_manager.planners.choices.space import allowed_options
 from regraft.adaptation_manager.planners.decisions.deciding import DecisionInputs
-from regraft.adaptation_manager.planners.decisions.measuring import Meter
+from regraft.adaptation_manager.planners.decisions.measuring import Meter, meaning_of
 from regraft.adaptation_manager.planners.decisions.model import Decision
 from regraft.adaptation_manager.planners.decisions.question import Question
+from regraft.bus_schema.annotations import PlainValue
 
 DEFAULT_STRATEGY: Final = "ucb_tuned"
 
@@ -55,9 +56,35 @@ class Meters:
 
     def begin(self, task: str, decision: Decision, option: Option, ticket: str, since: float) -> None:
         """Measure a choice from now on."""
-        self.by_task[task] = Meter(decision, option.selections, ticket, since)
+        meaning = meaning_of(decision, option.selections)
+        self.by_task[task] = Meter(decision.name, option.selections, meaning, ticket, since)
 
-    def sample(self, now: float, situation: Callable[[Decision, float], Mapping[str, Any]]) -> None:
+    def keep_fitting(self, decisions: Mapping[str, Decision]) -> None:
+        """Measure on only what still means the same in these decisions."""
+        known = self.by_task.items()
+        self.by_task = {
+            task: meter
+            for task, meter in known
+            if meter.decision in decisions and meter.fits(decisions[meter.decision])
+        }
+
+    def sample(
+        self,
+        now: float,
+        decisions: Mapping[str, Decision],
+        situation: Callable[[Decision, float], Mapping[str, Any]],
+    ) -> None:
         """Take a sample for each task, in the situation of its decision by what was measured since its change."""
         for meter in self.by_task.values():
-            meter.sample(now, situation(meter.decision, meter.since))
+            decision = decisions[meter.decision]
+            meter.sample(now, decision, situation(decision, meter.since))
+
+    def state(self, task: str) -> PlainValue:
+        """Return what was measured of a task's present choice as plain data, None if nothing is."""
+        meter = self.by_task.get(task)
+        return None if meter is None else {**asdict(meter), "selections": list(meter.selections)}
+
+    def restore(self, task: str, state: PlainValue) -> None:
+        """Continue from what ``state`` returned."""
+        if state is not None:
+            self.by_task[task] = Meter(**{**state, "selections": tuple(state["selections"])})

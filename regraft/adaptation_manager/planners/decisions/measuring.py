@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import math
+import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 from regraft.adaptation_manager.planners.choices.estimates import NoEstimates
 from regraft.adaptation_manager.planners.choices.objective import Evaluation, Objective
+from regraft.adaptation_manager.planners.choices.slots import option_of
 from regraft.adaptation_manager.planners.decisions.model import Decision
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.expressions import Unknown
@@ -24,40 +25,63 @@ def measured_utility(decision: Decision, selections: Sequence[int], situation: M
     return evaluation.value(decision.utility, selections)
 
 
+def meaning_of(decision: Decision, selections: Sequence[int]) -> str:
+    """Return a text that is equal for choices that set the same, and whose utility is measured in the same way."""
+    chosen = [
+        (slot, index)
+        for slot, number in zip(decision.slots, selections, strict=True)
+        for index in slot.selections[number]
+    ]
+    figures = [sorted(slot.alternatives[index].figures.items()) for slot, index in chosen]
+    measured = [(name, expression.text) for name, expression in sorted(decision.measured().items())]
+    content = repr((option_of(decision.slots, selections).key, figures, decision.utility.text, measured))
+    return hashlib.sha256(content.encode()).hexdigest()[:16]
+
+
 @dataclass(slots=True)
 class Meter:
     """Averages the samples that are taken of a choice's utility, from the time on at which it shows its effect.
 
-    ``unknown`` is why the latest sample that was to be taken does not count.
+    ``meaning`` is that of the choice in its decision, which may become another one. ``unknown`` is why the latest
+    sample that was to be taken does not count.
     """
 
-    decision: Decision
+    decision: str
     selections: tuple[int, ...]
+    meaning: str
     ticket: str
     since: float
     unknown: str = ""
-    _first: float = math.nan
-    _last: float = math.nan
-    _sum: float = 0.0
-    _count: int = 0
+    first: float = 0.0
+    last: float = 0.0
+    total: float = 0.0
+    count: int = 0
 
-    def sample(self, now: float, situation: Mapping[str, Any]) -> None:
+    def sample(self, now: float, decision: Decision, situation: Mapping[str, Any]) -> None:
         """Take a sample, unless it is too early or the utility is not known."""
         if now < self.since:
             return
         try:
-            utility = measured_utility(self.decision, self.selections, situation)
+            utility = measured_utility(decision, self.selections, situation)
         except Unknown as error:
             self.unknown = str(error)
             return
-        if self._count == 0:
-            self._first = now
-        self._last = now
-        self._sum += utility
-        self._count += 1
+        if self.count == 0:
+            self.first = now
+        self.last = now
+        self.total += utility
+        self.count += 1
 
     def credit(self) -> dict[str, PlainValue] | None:
         """Return what the choice has earned, as a planner takes it; None if nothing was measured."""
-        if self._count == 0:
+        if self.count == 0:
             return None
-        return {"ticket": self.ticket, "utility": self._sum / self._count, "from": self._first, "to": self._last}
+        return {"ticket": self.ticket, "utility": self.total / self.count, "from": self.first, "to": self.last}
+
+    def fits(self, decision: Decision) -> bool:
+        """Return whether the choice still means the same in its decision."""
+        slots = decision.slots
+        is_there = len(self.selections) == len(slots) and all(
+            selection < len(slot.selections) for slot, selection in zip(slots, self.selections, strict=True)
+        )
+        return is_there and meaning_of(decision, self.selections) == self.meaning
