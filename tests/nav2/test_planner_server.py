@@ -286,7 +286,7 @@ def test_the_service_decides_where_the_map_is_cleared(
         ("around_pose", ClearCostmap(1.0, framed(2.0, 2.0, frame="kitchen")), "around"),
     ],
 )
-def test_a_askedfor_another_area_or_frame_clears_nothing(
+def test_a_request_for_another_area_or_frame_clears_nothing(
     bench: Bench, name: str, asked: ClearCostmap, field: str
 ) -> None:
     bench.surprise(CHAIR)
