@@ -213,6 +213,7 @@ def test_the_times_are_those_of_the_code() -> None:
     assert (
         f"the last {request_server.REMEMBERED_REPLIES} replies of each of {request_server.MAX_CLIENTS} clients" in PAGE
     )
-    assert f"Of {request_server.REMEMBERED_NUMBERS} earlier clients" in PAGE
+    assert f"Of the {request_server.REMEMBERED_NUMBERS} numbers before these" in PAGE
+    assert f"A client that {request_server.MAX_CLIENTS} others have followed is forgotten" in PAGE
     assert f"has failed after {request_protocol.MAX_UNANSWERED} repetitions" in PAGE
     assert f"With {request_server.MAX_REQUESTS:,} requests under way" in PAGE

@@ -81,9 +81,9 @@ class QualityObserver(Component):
     """Publishes ``QA status`` diagnostics with measured qualities, and ``Context status`` with the present context.
 
     A quality that is not known is not published; why it is not known is among the component's diagnostics. The first
-    context whose condition has held for ``settle`` is published when it is another than before, and again when a
-    component becomes active, which may not have heard it. A condition that is not known does not hold. Where none
-    holds, the context stays.
+    context whose condition has held for ``settle`` is published when it is another than before. It is published again
+    when a component becomes active, which may not have heard it. A condition that is not known does not hold. Where
+    none holds, the context stays.
     """
 
     resources = Resources(cpu=0.01, memory=25.0)

@@ -26,7 +26,7 @@ def measured_utility(decision: Decision, selections: Sequence[int], situation: M
 
 
 def meaning_of(decision: Decision, selections: Sequence[int]) -> str:
-    """Return a text that is equal for choices that set the same, and whose utility is measured in the same way."""
+    """Return a text that is equal for choices that set the same and have the same measure of utility."""
     chosen = [
         (slot, index)
         for slot, number in zip(decision.slots, selections, strict=True)
