@@ -46,7 +46,7 @@ class ScheduledMembers:
         if self.lives(name) is not None:
             self._membership.remove(name)
             self._forget(name)
-            self._system.ended(name, injected.incarnation, _kind(injected, fault), injected.ended)
+            self._system.ended(name, injected.incarnation, _kind(injected, fault), _reason(fault))
         self._runtime.reporter.event("clock.left", f"{name} left the clock as scheduled: {injected.ended}")
 
 
@@ -54,3 +54,8 @@ def _kind(injected: FaultInjected, fault: ScheduledFault) -> SystemFaultKind:
     if injected.quarantined:
         return SystemFaultKind.QUARANTINED
     return SystemFaultKind.DIED if fault.kind is FaultKind.KILL else SystemFaultKind.HUNG
+
+
+def _reason(fault: ScheduledFault) -> str:
+    """Return why a run has ended, the same in every run: the host's reason depends on when it looked."""
+    return "killed by SIGKILL" if fault.kind is FaultKind.KILL else "killed: its loop hung"

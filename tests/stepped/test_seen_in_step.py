@@ -15,6 +15,7 @@ from regraft.bus_schema.messages.management.system import (
     SystemQualities,
     SystemStates,
 )
+from regraft.bus_schema.messages.protocol.faults import FaultInjected
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.scheduled_faults import FaultKind, ScheduledFault
 from tests.stepped.parts import Reading, TinyWorld
@@ -74,7 +75,14 @@ class Watcher(Component):
 class FaultWatcher(Component):
     """Reads faults alone."""
 
-    faults = Input(SystemFaults, topic="system/faults", latest_only=True, required=False)
+    faults = Input(SystemFaults, topic="system/faults", required=False)
+
+    def __init__(self) -> None:
+        self.texts: list[str] = []
+
+    @faults.handler
+    def see(self, faults: SystemFaults) -> None:
+        self.texts += [fault.text for fault in faults.news]
 
 
 def _run(steps: StepSite, duration: float = 2.0) -> Seen:
@@ -187,6 +195,19 @@ def test_an_exception_on_the_schedule_is_that_of_a_handler(steps: StepSite) -> N
     assert steps.wait_finished().reproducible
     seen: Seen = steps.component("watcher").seen
     assert [each for each in seen if "raised" in each[2]] == [(2.0, "faults", "looker:raised; 0 present")]
+
+
+@pytest.mark.parametrize("seen_by_the_host", ["killed: its loop hung", "killed: no heartbeat since its start"])
+def test_an_end_on_the_schedule_has_one_text_however_the_host_has_seen_it(
+    steps: StepSite, seen_by_the_host: str
+) -> None:
+    fault = ScheduledFault(0.5, "looker", FaultKind.STOP)
+    steps.serve("steps/host/local/inject", lambda _: FaultInjected("looker", 1, seen_by_the_host))
+    steps.start(Looker, "looker")
+    steps.start(FaultWatcher, "watcher", connections={"faults": "system/faults"})
+    steps.start_world(TinyWorld, ("looker", "watcher"), 1.0, faults=(fault,))
+    steps.wait_finished()
+    assert steps.component("watcher").texts == ["looker: killed: its loop hung"]
 
 
 def test_diagnostics_and_qualities_are_seen_in_the_tick_in_which_they_are_reported(steps: StepSite) -> None:

@@ -40,9 +40,9 @@ class StepSite:
 
         self.threads[name] = ComponentThread(cls, assignment, self._buses.session(), built=built)
 
-    def start_world(self, cls: type[TimeSource], members: tuple[str, ...], duration: float) -> None:
+    def start_world(self, cls: type[TimeSource], members: tuple[str, ...], duration: float, **assigned: Any) -> None:
         """Run the time source at full speed, waiting for ``members``."""
-        self.start(cls, "world", members=members, duration=duration, parameters={"speed": "max"})
+        self.start(cls, "world", members=members, duration=duration, parameters={"speed": "max"}, **assigned)
 
     def told(self, right: Callable[[ClockTime], bool] = lambda _: True, what: str = "a first time") -> ClockTime:
         """Return the latest time that was told, once it is right: the first comes after the first tick."""
@@ -76,6 +76,17 @@ class StepSite:
                 heard(sample)
 
         bus.subscribe(keys, open_and_hand_on)
+
+    def serve(self, key: str, answer: Callable[[bytes], object]) -> None:
+        """Answer queries at a key by what ``answer`` makes of them."""
+        bus = self._buses.session()
+
+        def open_and_answer(item: Any) -> None:
+            query = bus.open_query(item)
+            if query is not None:
+                query.reply(codec.encode(answer(query.payload)))
+
+        bus.serve(key, open_and_answer)
 
     def component(self, name: str) -> Any:
         """Return a component itself."""
