@@ -230,6 +230,7 @@ class Control:
                 ControlCode.REFUSED, f"state: has version {wanted.version}, this class takes {version}"
             )
         self._parts.component.restore(wanted.state)
+        self._checkpoints.forget_assigned()
         return self._answering.view()
 
     def _resend(self, payload: bytes) -> Resent:

@@ -15,6 +15,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.control import ComponentView, ControlError, Peer, Rewire, RewireStep
 from regraft.bus_schema.messages.protocol.handover import Handover, HandoverStep
+from regraft.bus_schema.model.lifecycle import State
 from regraft.client import Client
 from regraft.component.component import Component, class_path
 from regraft.patience import stretched
@@ -101,7 +102,8 @@ class Site:
         self.launch(cls, Assignment("site", name, class_path(cls), term=self.term, **assigned))
         token = self.keys.alive(name, 1)
         wait_until(lambda: self.bus.present(token, 1.0), f"{name} lives")
-        wait_until(lambda: self.view(name).state.value == "active", f"{name} is active")
+        state = assigned.get("state", State.ACTIVE)
+        wait_until(lambda: self.view(name).state is state, f"{name} is {state.value}")
 
     def restart(self, cls: type[Component], name: str) -> None:
         """Start a run of a component that has ended, as its host would after a crash."""

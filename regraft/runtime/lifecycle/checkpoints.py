@@ -51,10 +51,10 @@ class Checkpoints:
 
     def _state(self) -> PlainValue:
         component, kept = self._parts.component, self._assigned
-        if kept is not None and kept.version == type(component).state_version:
-            return kept.state
-        self.restore_assigned()  # if its version is one that the class converts
-        return component.snapshot()
+        if kept is None or kept.version not in component.restorable_versions():
+            return component.snapshot()
+        is_same = kept.version == component.state_version
+        return kept.state if is_same else component.convert_state(kept.state, kept.version)
 
     @staticmethod
     def encoded(snapshot: Snapshot) -> bytes:

@@ -6,22 +6,28 @@ import time
 
 from regraft.runtime.data.writers import Writer
 
-WAIT_AFTER_NOBODY = 0.01
-NOBODY_FOR = 5.0
-"""Seconds for which waits are so short after one that met nobody: the component's loop stands still meanwhile."""
+SHORTER = 4
+SHORTER_FOR = 5.0
+"""Divisor of the wait after each that met nobody, and the seconds after which it is the whole one again."""
 
 
 class FirstWait:
-    """Waits for up to ``usual`` seconds, less for a while after somebody has not come."""
+    """Waits for up to ``usual`` seconds, and less, down to ``least``, after somebody has not come.
 
-    def __init__(self, usual: float) -> None:
-        self._usual = usual
-        self._hurried_until = 0.0
+    The component's loop stands still meanwhile: with a ``least`` of 0 any number of waits takes less than twice one.
+    """
+
+    def __init__(self, usual: float, least: float = 0.0) -> None:
+        self._usual = self._wait = usual
+        self._least = least
+        self._shorter_until = 0.0
 
     def wait(self, writer: Writer) -> None:
         """Wait until somebody subscribes to a fresh key."""
         if not writer.fresh:
             return
-        hurried = time.monotonic() < self._hurried_until
-        if not writer.wait_for_reader(WAIT_AFTER_NOBODY if hurried else self._usual):
-            self._hurried_until = time.monotonic() + NOBODY_FOR
+        if time.monotonic() > self._shorter_until:
+            self._wait = self._usual
+        if not writer.wait_for_reader(self._wait):
+            self._wait = max(self._least, self._wait / SHORTER)
+            self._shorter_until = time.monotonic() + SHORTER_FOR

@@ -37,7 +37,8 @@ REMEMBERED_NUMBERS = 1024
 A request that was lost comes a second later: newer ones were answered since, but it was not.
 """
 WAIT_FOR_CLIENT = 0.1
-"""Seconds that the first reply waits for its client's subscription."""
+WAIT_WHEN_SOME_ARE_GONE = 0.01
+"""Seconds that the first reply waits for its client's subscription; less for a while after one that never came."""
 ALONE_FOR = 0.5
 """Seconds without a subscription to its replies after which a goal's client is gone: another link takes less."""
 GONE = "its client is gone"
@@ -115,7 +116,7 @@ class Server:
         self._reporter = reporter
         self._refusal = refusal
         self._clients: OrderedDict[str, _Client] = OrderedDict()
-        self._first_wait = FirstWait(WAIT_FOR_CLIENT)
+        self._first_wait = FirstWait(WAIT_FOR_CLIENT, WAIT_WHEN_SOME_ARE_GONE)
         self._answering = 0
 
     def wrap(self, around: Callable[[Callable[[Any], Any]], Callable[[Any], Any]]) -> None:

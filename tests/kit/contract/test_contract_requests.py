@@ -6,13 +6,16 @@ import threading
 
 import pytest
 
-from regraft import CallFailed, RefusalCode
+from regraft import CallFailed, Component, RefusalCode
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import type_of
 from regraft.bus_schema.messages.protocol.requests import Answer, Reply, Request, Verb
 from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.client import Client
+from regraft.component.future import Future
+from regraft.host.watchdog.hang_detection import HUNG_TIMEOUT
 from regraft.runtime.core.clock import RealClock
+from regraft.runtime.data import writers
 from regraft.runtime.data.writers import Identity, Writer, Writers
 from regraft.runtime.requests.request_server import REMEMBERED_NUMBERS, REMEMBERED_REPLIES
 from regraft.testing import Rig
@@ -76,6 +79,41 @@ def test_a_request_that_does_not_fit_is_refused(site: Site) -> None:
 def test_a_service_that_nobody_offers_is_said_to_be_missing(site: Site) -> None:
     with pytest.raises(CallFailed, match="nobody"):
         site.client.call("nothing", Number(1), Number, 0.3)
+
+
+class CountedTime:
+    """A clock that only naps move."""
+
+    def __init__(self) -> None:
+        self.napped = 0.0
+
+    def monotonic(self) -> float:
+        return self.napped
+
+    def sleep(self, seconds: float) -> None:
+        self.napped += seconds
+
+
+class Coordinator(Component):
+    """Asks many robots at once, before the first of them is there."""
+
+    def on_activate(self) -> None:
+        calls = [self.kit.call(f"/robot_{n}/navigate_to", Number(n), Number, timeout=5.0) for n in range(30)]
+        self.calls: list[Future[Number]] = calls
+
+
+def test_many_services_that_nobody_offers_do_not_keep_the_loop_until_it_counts_as_hung(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    naps = CountedTime()
+    monkeypatch.setattr(writers, "time", naps)
+    with Rig() as rig:
+        coordinator = rig.add(Coordinator)
+        assert naps.napped < HUNG_TIMEOUT
+        rig.advance(6.0)
+        for call in coordinator.calls:
+            assert isinstance(call.error, CallFailed)
+            assert "nobody offers this service" in str(call.error)
 
 
 def test_an_inactive_component_refuses_and_says_so(site: Site) -> None:
