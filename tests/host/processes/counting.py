@@ -1,10 +1,10 @@
-"""Components that count: for several clients at once, from where the run before has come to, or what has failed."""
+"""Components that count for several clients at once, and continue where the run before them has come to."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from regraft import CallFailed, Component, Future, action, every
+from regraft import Component, action
 from regraft.bus_schema.annotations import Count, PlainValue
 from regraft.bus_schema.encoding.registry import message
 
@@ -63,31 +63,3 @@ class LoneCounter(Counter):
     async def count(self, goal: Number) -> Number:
         """Count to a number."""
         return await super().count(goal)
-
-
-class Hopeful(Component):
-    """Asks many services that nobody offers, at once, and counts how many have failed."""
-
-    def __init__(self) -> None:
-        self.count = 0
-        self.asked = False
-
-    @every(seconds=0.1)
-    def ask(self) -> None:
-        if self.asked:
-            return
-        self.asked = True
-        for asked in [self.kit.call(f"nothing_{number}", Number(0), Number) for number in range(10)]:
-            self.kit.spawn(self._wait(asked))
-
-    async def _wait(self, asked: Future[Number]) -> None:
-        try:
-            await asked
-        except CallFailed:
-            self.count += 1
-
-    def snapshot(self) -> dict[str, int]:
-        return {"count": self.count}
-
-    def restore(self, state: dict[str, int]) -> None:
-        """Begin again."""

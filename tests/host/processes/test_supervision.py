@@ -184,13 +184,6 @@ def test_a_hung_process_may_write_where_it_hangs_however_late_the_signal_to_do_s
     assert any('parts.py", line' in line and line.endswith("in hang") for line in lines), lines
 
 
-def test_many_services_that_nobody_offers_do_not_hang_a_component(start: Start) -> None:
-    system = start("  ticker: {class: 'tests.host.processes.counting:Hopeful'}\n")
-    system.wait_running("ticker")
-    wait_until(lambda: _count(system) == 10, "all calls to fail")
-    assert system.wait_running("ticker").incarnation == 1
-
-
 # --- one system for all ---
 
 
