@@ -116,6 +116,7 @@ class Server:
         self._reporter = reporter
         self._refusal = refusal
         self._clients: OrderedDict[str, _Client] = OrderedDict()
+        self._places: dict[tuple[str, int], int] = {}
         self._first_wait = FirstWait(WAIT_FOR_CLIENT, WAIT_WHEN_SOME_ARE_GONE)
         self._answering = 0
 
@@ -341,9 +342,16 @@ class Server:
 
     def hand_over(self) -> tuple[ServedClient, ...]:
         """Return what is remembered of every client, who asked last coming last."""
+        places = {goal: place for place, goal in enumerate(self.goals)}
         return tuple(
             ServedClient(
-                self.name, name, c.forgotten, tuple(c.answered), tuple(c.replies.values()), tuple(c.open.values())
+                self.name,
+                name,
+                c.forgotten,
+                tuple(c.answered),
+                tuple(c.replies.values()),
+                tuple(c.open.values()),
+                tuple(places.get((name, number), 0) for number in c.open) if self.offered.action else (),
             )
             for name, c in self._clients.items()
         )
@@ -351,24 +359,28 @@ class Server:
     def take_over(self, clients: Iterable[ServedClient]) -> None:
         """Remember clients as the run before did, and nothing else."""
         self._clients.clear()
+        self._places.clear()
         for client in clients:
             replies = OrderedDict((reply.number, reply) for reply in client.replies)
             under_way = {request.number: request for request in client.under_way}
             answered = OrderedDict.fromkeys(client.answered)
             self._clients[client.client] = _Client(under_way, replies, answered, client.forgotten)
+            goals = ((client.client, number) for number in under_way)
+            self._places.update(zip(goals, client.places, strict=False))
 
     def begin_again(self, sources: Container[str]) -> None:
-        """Do what the run before had begun and not ended: goals, and what it could not finish in time.
+        """Do what the run before had begun and not ended: goals, the oldest first, and what it could not finish.
 
         ``sources`` are those of its requests. A client has the name of its source, or that and an epoch.
         """
-        for name, client in list(self._clients.items()):
+        under_way = [(name, request) for name, client in self._clients.items() for request in client.open.values()]
+        under_way.sort(key=lambda each: self._places.get((each[0], each[1].number), 0))
+        for name, request in under_way:
             source = next((each for each in (name, name.rpartition("-")[0]) if each in sources), name)
-            for request in list(client.open.values()):
-                try:
-                    self._do(request, codec.from_plain(request.body, self.offered.request), source)
-                except BadMessage as error:
-                    self._finish(request, None, error)
+            try:
+                self._do(request, codec.from_plain(request.body, self.offered.request), source)
+            except BadMessage as error:
+                self._finish(request, None, error)
 
     def refuse(self, source: str, why: str) -> None:
         """Count and report a request that cannot be handled."""

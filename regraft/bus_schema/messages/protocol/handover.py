@@ -116,7 +116,8 @@ class StreamPlace:
 class ServedClient:
     """A service's memory of a client: its last replies, and the requests under way (of an action: its goals).
 
-    ``answered`` are numbers answered before those, up to ``forgotten`` anything may have been.
+    ``answered`` are numbers answered before those, up to ``forgotten`` anything may have been. ``places`` is the place
+    of each goal under way among those of all clients, the oldest first.
     """
 
     service: str
@@ -125,6 +126,7 @@ class ServedClient:
     answered: tuple[Count, ...]
     replies: tuple[Reply, ...]
     under_way: tuple[Request, ...]
+    places: tuple[Count, ...] = ()
 
 
 @message("regraft/HandedOver")
