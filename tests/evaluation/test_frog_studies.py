@@ -132,7 +132,7 @@ def test_the_figures_of_exploring_are_sums_and_last_values() -> None:
     places = {"x": ["0", "3", "3"], "y": ["0", "4", "5"]}
     found = battery(0.95, 0.89, 0.92, charging=(1,), **columns, **places)
     figures = {name: measure(found) for name, measure in find_study("frog-tasks").measures["corrected"].items()}
-    assert (figures["energy drawn (J)"], figures["energy charged (J)"], figures["distance (m)"]) == (30.0, 6.0, 6.0)
+    assert (figures["energy drawn (J)"], figures["energy offered (J)"], figures["distance (m)"]) == (30.0, 6.0, 6.0)
     assert (figures["violations"], figures["violations answered"], figures["lowest charge"]) == (1.0, 1.0, 0.89)
     assert (figures["charges"], figures["frontiers left"], figures["contacts"]) == (1.0, 3.0, 0.0)
     assert figures["charging"] == pytest.approx(1 / 3)

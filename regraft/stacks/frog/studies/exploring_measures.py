@@ -88,8 +88,8 @@ def energy_drawn(rows: Rows) -> float:
     return sum(_known(rows, "power"))
 
 
-def energy_charged(rows: Rows) -> float:
-    """Return what the charger gave (J)."""
+def energy_offered(rows: Rows) -> float:
+    """Return what the charger offered (J): a full battery takes no more than is drawn."""
     return sum(_known(rows, "charger_power"))
 
 
@@ -129,7 +129,7 @@ COLUMNS: dict[str, Measure] = {
     "finished at (s)": finished_at,
     "frontiers left": _last("frontiers_left"),
     "energy drawn (J)": energy_drawn,
-    "energy charged (J)": energy_charged,
+    "energy offered (J)": energy_offered,
     "distance (m)": distance,
     "contacts": _last("contacts"),
 }

@@ -18,7 +18,7 @@ class ExploringRecorder(RowRecorder):
     """Writes down how FROG explores: what it does, how full the battery is, whether it is to be so full.
 
     ``task`` is what the tree has the robot do: exploring or charging, and the mission's state when it is over.
-    ``satisfied`` is whether the requirement MinBatterySystem is met. ``charger_power`` is what the charger gives (W),
+    ``satisfied`` is whether the requirement MinBatterySystem is met. ``charger_power`` is what the charger offers (W),
     ``power`` what the robot draws.
     """
 

@@ -43,7 +43,7 @@ STUDY = Study(
             _arm("rules", "rules that enter modes, as in ROS 2's system_modes", "rules.yaml"),
             _arm("tree", "rules in the mission's behaviour tree", "tree.yaml"),
             _arm("random", "another realization at random every 20 s", "random.yaml"),
-            _arm("none", "nothing: the realization normal all the time", "none.yaml"),
+            _arm("none", "nothing: sensors and tree of normal at up to 0.5 m/s, all the time", "none.yaml"),
         )
     },
     report,
