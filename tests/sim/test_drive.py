@@ -174,7 +174,13 @@ def with_a_hub(wheel: re.Match[str]) -> str:
     return f'<body name="{side}_wheel" pos="0 {sign}.1435 0">{hub}{parts}</body>'
 
 
-@pytest.mark.parametrize("other", [on_an_arm, with_a_hub])
+def cambered(wheel: re.Match[str]) -> str:
+    """Lean a wheel outward by four degrees."""
+    side, sign, parts = wheel.groups()
+    return f'<body name="{side}_wheel" pos="0 {sign}.1435 0" quat=".99939 {sign or "-"}.0349 0 0">{parts}</body>'
+
+
+@pytest.mark.parametrize("other", [on_an_arm, with_a_hub, cambered])
 def test_track_and_radius_are_those_of_the_wheels_however_these_are_built(tmp_path: Path, other: Build) -> None:
     simulation = rebuilt(tmp_path, WHEEL, other)
     found = simulation.robot().device("drive", DifferentialDrive)
@@ -188,3 +194,24 @@ def test_wheels_that_are_not_round_are_refused_by_name(tmp_path: Path) -> None:
     square = re.compile(r'<geom name="\w+_tyre" class="wheel"/>')
     with pytest.raises(SceneError, match=r"joint 'left_wheel' has no round geom"):
         rebuilt(tmp_path, square, '<geom type="box" size=".03 .01 .03" mass=".05"/>')
+
+
+JOINT = re.compile(r'<joint name="(\w+)" class="wheel"/>')
+BODY = re.compile(r'<body name="(\w+_wheel)" pos="([^"]*)">')
+
+
+@pytest.mark.parametrize(
+    ("part", "other", "axis"),
+    [
+        (JOINT, r'<joint name="\1" class="wheel" axis="0 -1 0"/>', "0.00, -1.00, 0.00"),
+        (BODY, r'<body name="\1" pos="\2" quat="0 0 0 1">', "0.00, -1.00, 0.00"),
+        (BODY, r'<body name="\1" pos="\2" quat="1 0 0 -1">', "1.00, 0.00, 0.00"),
+        (JOINT, r'<joint name="\1" class="wheel" axis="0 0 1"/>', "0.00, 0.00, 1.00"),
+    ],
+    ids=["joint to the right", "body turned round", "forward", "upward"],
+)
+def test_wheels_whose_axes_do_not_point_to_the_left_are_refused_by_name(
+    tmp_path: Path, part: re.Pattern[str], other: str, axis: str
+) -> None:
+    with pytest.raises(SceneError, match=rf"the axis of joint 'left_wheel' must point to the left.*\({axis}\)"):
+        rebuilt(tmp_path, part, other)

@@ -1,7 +1,7 @@
 """Differential drive: from a commanded twist to the speeds of two wheels."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import mujoco
@@ -27,14 +27,16 @@ ROUND = {
     )
 }
 """The kinds of geoms whose first size is a radius."""
+MOST_LEANING = math.radians(10.0)
+"""Angle (rad) by which a wheel's axis may miss the base's y: so far its speed is right to 2 %."""
 
 
 class DifferentialDrive(Device):
     """Turns the last command into wheel speeds, and stops when commands stay away or the battery is empty.
 
-    A wheel's joint and its velocity actuator share a name. Wheel radius, track and largest wheel speed are read from
-    the model: from the wheel's first round geom, the positions of the wheels' bodies, and the actuators' control
-    ranges.
+    A wheel's joint and its velocity actuator share a name, and the joint's axis points to the left. Wheel radius, track
+    and largest wheel speed are read from the model: from the wheel's first round geom, the positions of the wheels'
+    bodies, and the actuators' control ranges.
     """
 
     velocity = Input(Twist, description="what the robot shall do now: forward velocity and yaw rate", required=False)
@@ -48,8 +50,8 @@ class DifferentialDrive(Device):
         """Find the wheels.
 
         Raises:
-            SceneError: an element is missing, the wheels' radii differ, or an actuator takes no velocities, or has no
-                control range.
+            SceneError: an element is missing, the wheels' radii differ, an axis does not point to the left, or an
+                actuator takes no velocities, or has no control range.
         """
         kit, model = self.kit, self.kit.model
         wheels = (self.left_wheel, self.right_wheel)
@@ -63,6 +65,8 @@ class DifferentialDrive(Device):
         """Distance (m) between the wheels' middles."""
         if self.track <= 0.0:
             raise SceneError(f"{kit.scene.path}: {wheels[0]!r} must stand at larger y in the base than {wheels[1]!r}")
+        for wheel, joint in zip(wheels, joints, strict=True):
+            _check_axis(kit, wheel, joint)
         self._largest_speed = min(_largest_speed(kit, one) for one in (self._left, self._right))
         self._timeout = self.timeout
         self._command = Twist2D(0.0, 0.0)
@@ -166,12 +170,30 @@ def _wheel_radius(kit: DeviceKit, wheels: tuple[str, str], joints: list[int]) ->
 
 def _left_of_base(kit: DeviceKit, body: int) -> float:
     """Return how far (m) a wheel is to the left of its base, by the file: a detour over the world frame would round."""
-    model = kit.model
-    position = np.array(model.body_pos[body])
-    while (body := int(model.body_parentid[body])) not in (kit.base, 0):
-        mujoco.mju_rotVecQuat(position, position.copy(), model.body_quat[body])
-        position += model.body_pos[body]
+    position = np.zeros(3)
+    for member in _up_to_base(kit, body):
+        mujoco.mju_rotVecQuat(position, position.copy(), kit.model.body_quat[member])
+        position += kit.model.body_pos[member]
     return float(position[1])
+
+
+def _check_axis(kit: DeviceKit, wheel: str, joint: int) -> None:
+    """Check that a wheel that turns forward drives its robot forward; raises SceneError."""
+    axis = np.array(kit.model.jnt_axis[joint])
+    for member in _up_to_base(kit, int(kit.model.jnt_bodyid[joint])):
+        mujoco.mju_rotVecQuat(axis, axis.copy(), kit.model.body_quat[member])
+    if axis[1] < math.cos(MOST_LEANING):
+        found = ", ".join(f"{part:.2f}" for part in (np.round(axis, 2) + 0.0).tolist())
+        raise SceneError(
+            f"{kit.scene.path}: the axis of joint {wheel!r} must point to the left in the base, along y, not ({found})"
+        )
+
+
+def _up_to_base(kit: DeviceKit, body: int) -> Iterator[int]:
+    """Yield a body and those on which it hangs, without the base."""
+    while body not in (kit.base, 0):
+        yield body
+        body = int(kit.model.body_parentid[body])
 
 
 def _largest_speed(kit: DeviceKit, wheel: Servo) -> float:
