@@ -5,14 +5,20 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import mujoco
+
+from regraft.sim_service.layout.footprints import world_box
 from regraft.sim_service.layout.scene import Scene
 
 REBOUND = 0.5
 """A touch within this time (s) of the last one is the same contact: pushing bodies part and meet again."""
 
-
 HOLD = 0.1
 """So long (s) after the last touch a body still counts as touched: against a wall the robot trembles."""
+GROUND = 1e-3
+"""Height (m) above which a geom of the worldbody is no floor."""
+STEEPEST = math.cos(math.radians(45.0))
+"""The z of a plane's normal below which it is a wall."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,16 +30,35 @@ class ContactEvent:
 
 
 def bodies_around(scene: Scene, robot: Collection[int]) -> dict[int, str]:
-    """Return the names of the bodies that a robot with these geoms can touch, by their geoms.
+    """Return the names of what a robot with these geoms can touch, by geoms; floors are left out.
 
-    Bodies are named by their outermost body. Geoms directly on the worldbody are the floor and are left out.
+    Bodies are named by their outermost body. A geom of the worldbody is a thing of its own, such as a wall.
     """
     root_of_geom = scene.model.body_rootid[scene.model.geom_bodyid]
+    left_out = _floors(scene).union(robot)
     return {
-        geom: scene.body_name(root)
+        geom: scene.body_name(root) if root != 0 else scene.geom_name(geom)
         for geom, root in enumerate(root_of_geom.tolist())
-        if root != 0 and geom not in robot
+        if geom not in left_out
     }
+
+
+def _floors(scene: Scene) -> set[int]:
+    """Return the geoms on which robots drive: level planes, height fields, and slabs of the worldbody."""
+    model = scene.model
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    floors = set()
+    for geom, kind in enumerate(model.geom_type.tolist()):
+        if kind == mujoco.mjtGeom.mjGEOM_PLANE:
+            is_floor = data.geom_xmat[geom][8] > STEEPEST
+        elif kind == mujoco.mjtGeom.mjGEOM_HFIELD:
+            is_floor = True
+        else:
+            is_floor = model.geom_bodyid[geom] == 0 and world_box(model, data, geom)[1][2] < GROUND
+        if is_floor:
+            floors.add(geom)
+    return floors
 
 
 class ContactMonitor:

@@ -56,6 +56,37 @@ def test_the_floor_and_a_post_out_of_reach_are_not_felt(tmp_path: Path) -> None:
     assert found(simulation, Bumper).measure().touches == ()
 
 
+@pytest.mark.parametrize(("name", "felt"), [('name="pillar"', "pillar"), ("", "geom 1")])
+def test_a_geom_of_the_world_that_has_no_body_is_felt_by_its_own_name(tmp_path: Path, name: str, felt: str) -> None:
+    pillar = f'<geom {name} type="cylinder" size=".02 .1" pos="{TOUCHING} 0 .1"/>'
+    simulation = simulated(tmp_path, robot(tmp_path, "", [device(Bumper)], moves=True), body=FLOOR + pillar)
+    run(simulation)
+    assert {touch.body for touch in found(simulation, Bumper).measure().touches} == {felt}
+    assert [event.body for event in simulation.robot().contacts.take_events()] == [felt]
+
+
+LAND = '<asset><hfield name="land" nrow="2" ncol="2" elevation="0 0 0 0" size="5 5 .1 .1"/></asset>'
+
+
+@pytest.mark.parametrize(
+    "floor",
+    [
+        FLOOR,
+        f'<body name="ground">{FLOOR}</body>',
+        '<geom type="hfield" hfield="land"/>',
+        '<geom type="box" size="5 5 .1" pos="0 0 -.1"/>',
+    ],
+    ids=["plane", "plane of a body", "height field", "slab"],
+)
+def test_a_floor_of_any_kind_is_not_felt(tmp_path: Path, floor: str) -> None:
+    puck = robot(tmp_path, "", [device(Bumper)], moves=True)
+    simulation = simulated(tmp_path, puck, body=floor, extra=LAND)
+    run(simulation, 0.2)
+    assert len(found(simulation, Bumper).kit.data.contact.geom) > 0
+    assert found(simulation, Bumper).measure().touches == ()
+    assert simulation.robot().contacts.take_events() == ()
+
+
 def test_a_touch_between_two_ticks_is_reported_once(tmp_path: Path) -> None:
     simulation = touching(tmp_path)
     heard = listen(simulation, "bumps")

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+import mujoco
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -81,6 +82,30 @@ def test_fingers_that_are_commanded_in_counts_reach_a_width_and_press_a_block(tm
     state = found(around_a_block(tmp_path, 2.5, IN_COUNTS), ParallelGripper).measure()
     assert state.holding
     assert state.force == pytest.approx(2.5, rel=0.02)
+
+
+SIDES = "".join(f'<geom type="box" size=".1 .01 .1" pos="0 {y} .1"/>' for y in (0.03, -0.03))
+
+
+@pytest.mark.parametrize(
+    ("things", "opening", "holds"),
+    [
+        ('<geom type="plane" size="5 5 .1" pos="0 0 .0385"/>', 0.0, False),
+        (SIDES, 0.0121, False),
+        ('<geom type="box" size=".01 .01 .01" pos="0 0 .05"/>', 0.0099, True),
+    ],
+    ids=["a floor", "two walls", "a rail"],
+)
+def test_fingers_that_touch_the_world_hold_a_single_thing_of_it_and_no_floor(
+    tmp_path: Path, things: str, opening: float, holds: bool
+) -> None:
+    gripper = found(hand(tmp_path, things), ParallelGripper)
+    for position, _ in gripper._slides:
+        gripper.kit.data.qpos[position] = opening
+    mujoco.mj_forward(gripper.kit.model, gripper.kit.data)
+    gripper.watch()
+    assert len(gripper.kit.data.contact.geom) > 0
+    assert gripper.measure().holding == holds
 
 
 def test_a_held_block_does_not_fall_and_a_released_one_is_not_held(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from typing import Any
 
 from regraft import Input, Output, Parameter
 from regraft.bus_schema.messages.devices.joints import GripperCommand, GripperState, JointMode
+from regraft.sim_service.contacts import bodies_around
 from regraft.sim_service.devices.core.failure_schedule import BIAS, NOISE
 from regraft.sim_service.devices.core.sensor import Sensor, failure_parameter
 from regraft.sim_service.devices.servo import servo, slide
@@ -16,9 +17,10 @@ class ParallelGripper(Sensor):
 
     The width is the sum of both positions and ``closed_width``. One actuator suffices where an MJCF equality couples
     the fingers. Each finger presses with half of what all actuators give together. The gripper holds a thing while
-    both fingers touch the same body of another robot or of the world. It then presses with the force that it was
-    commanded, as far as the actuators' control ranges allow. The default of 4 N held blocks of 12 and 50 g for 10 s.
-    The pads had friction 1; forces from 1 to 20 N did as well. The noise is an assumption.
+    both fingers touch the same body of another robot or of the world. A geom of the worldbody is a thing, too; floors
+    are none. The gripper then presses with the force that it was commanded, as far as the actuators' control ranges
+    allow. The default of 4 N held blocks of 12 and 50 g for 10 s. The pads had friction 1; forces from 1 to 20 N did
+    as well. The noise is an assumption.
     """
 
     measures = "gripper_state"
@@ -48,7 +50,7 @@ class ParallelGripper(Sensor):
             raise SceneError(f"{kit.name}: the parameter 'actuators' must name position actuators of the fingers")
         bodies = [int(kit.model.jnt_bodyid[kit.index("joint", name)]) for name in names]
         self._pads = [frozenset(kit.scene.geoms_of(body)) for body in bodies]
-        self._own = frozenset(kit.scene.geoms_of(kit.base))
+        self._things = bodies_around(kit.scene, kit.scene.geoms_of(kit.base))
         self._width, self._force = self.width(), self.force
         self._holding = False
         for one in self._servos:
@@ -82,15 +84,14 @@ class ParallelGripper(Sensor):
             self.kit.data.ctrl[one.number] = one.control(target - press)
 
     def watch(self) -> None:
-        """Look whether both fingers touch one body."""
-        touched: tuple[set[int], set[int]] = (set(), set())
-        roots, bodies = self.kit.model.body_rootid, self.kit.model.geom_bodyid
+        """Look whether both fingers touch one thing."""
+        touched: tuple[set[str], set[str]] = (set(), set())
         for one, other in self.kit.data.contact.geom.tolist():
             for pads, things in zip(self._pads, touched, strict=True):
-                if one in pads and other not in self._own:
-                    things.add(int(roots[bodies[other]]))
-                elif other in pads and one not in self._own:
-                    things.add(int(roots[bodies[one]]))
+                if one in pads and other in self._things:
+                    things.add(self._things[other])
+                elif other in pads and one in self._things:
+                    things.add(self._things[one])
         self._holding = bool(touched[0] & touched[1])
 
     def measure(self) -> GripperState:

@@ -65,8 +65,11 @@ class Scene:
 
     def body_name(self, body: int) -> str:
         """Return the name of a body, or its number as text if it has none."""
-        name = mujoco.mj_id2name(self.model, mujoco.mjtObj.mjOBJ_BODY, body)
-        return str(name) if name else f"body {body}"
+        return self._name("body", body)
+
+    def geom_name(self, geom: int) -> str:
+        """Return the name of a geom, or its number as text if it has none."""
+        return self._name("geom", geom)
 
     def free_joint_dof(self, body: str) -> int:
         """Return where the 6 velocities of the body's free joint begin in qvel.
@@ -123,6 +126,10 @@ class Scene:
         if any(int(self.model.tuple_objtype[i]) != int(mujoco.mjtObj.mjOBJ_BODY) for i in members):
             raise SceneError(f"{self.path}: tuple {name!r} must list bodies only")
         return [self.body_name(int(self.model.tuple_objid[i])) for i in members]
+
+    def _name(self, kind: str, number: int) -> str:
+        name = mujoco.mj_id2name(self.model, KINDS[kind][0], number)
+        return str(name) if name else f"{kind} {number}"
 
     def _free_joint(self, body: str) -> int:
         index = self.index("body", body)
