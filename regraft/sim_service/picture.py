@@ -178,7 +178,8 @@ def _recompiled(scene: Scene, change: Callable[[mujoco.MjSpec], None]) -> Scene:
         scene.change(spec)
         change(spec)
 
-    return Scene(scene.path, composed(scene.path, scene.robots, changed), "", scene.robots, changed)
+    made = composed(scene.path, scene.robots, changed)
+    return Scene(scene.path, made.model, "", scene.robots, changed, made.parts)
 
 
 def _see(camera: str, fovy: float, spec: mujoco.MjSpec) -> None:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
@@ -21,14 +22,22 @@ class CompositionError(ValueError):
     """A world and its robots make no model; the message names the file and the robot."""
 
 
+@dataclass(frozen=True, slots=True)
+class Composition:
+    """The compiled model of a world, and the numbers of the outermost bodies of each robot's own file, by its name."""
+
+    model: mujoco.MjModel
+    parts: Mapping[str, tuple[int, ...]]
+
+
 def unchanged(spec: mujoco.MjSpec) -> None:
     """Leave a world as its file has it."""
 
 
 def composed(
     world: Path, robots: Sequence[RobotSpec], change: Callable[[mujoco.MjSpec], None] = unchanged
-) -> mujoco.MjModel:
-    """Return the compiled model of a world file with its robots; ``change`` may alter it before.
+) -> Composition:
+    """Compile a world file with its robots; ``change`` may alter it before.
 
     Raises:
         CompositionError: MuJoCo refuses a file, or a robot has no body, or two have one name.
@@ -39,12 +48,14 @@ def composed(
         raise CompositionError(f"two robots have the name {twice[0]!r}: each needs one of its own")
     spec = _read(world)
     with _without_warnings():
-        frames = [(robot, _attach(spec, robot)) for robot in robots if robot.model]
+        attached = [(robot, *_attach(spec, robot)) for robot in robots if robot.model]
         change(spec)
         try:
             model = spec.compile()
-            moved = [_moved(model, robot, frame) for robot, frame in frames]
-            return spec.compile() if any(moved) else model
+            moved = [_moved(model, robot, frame) for robot, frame, _ in attached]
+            if any(moved):
+                model = spec.compile()
+            return Composition(model, {robot.name: tuple(body.id for body in bodies) for robot, _, bodies in attached})
         except ValueError as error:
             raise CompositionError(f"{world}{_with(robots)}: {error}") from error
 
@@ -69,8 +80,8 @@ def _read(file: Path) -> mujoco.MjSpec:
         raise CompositionError(f"{file}: {error}") from error
 
 
-def _attach(world: mujoco.MjSpec, robot: RobotSpec) -> mujoco.MjsFrame:
-    """Put a robot's file into the world, in a frame at the robot's place; return the frame."""
+def _attach(world: mujoco.MjSpec, robot: RobotSpec) -> tuple[mujoco.MjsFrame, list[mujoco.MjsBody]]:
+    """Put a robot's file into the world, in a frame at the robot's place; return the frame and its bodies."""
     file = Path(robot.model)
     if not file.is_file():
         raise CompositionError(f"{file}: no such MJCF file of the robot {robot.name!r}")
@@ -80,11 +91,12 @@ def _attach(world: mujoco.MjSpec, robot: RobotSpec) -> mujoco.MjsFrame:
         raise CompositionError(f"{file}: the robot {robot.name!r} has no body {robot.base!r}; there are: {there}")
     place = _place(robot)
     frame = world.worldbody.add_frame(pos=[place.x, place.y, 0.0], quat=yaw_quaternion(place.yaw).tolist())
+    others = len(world.worldbody.bodies)
     try:
         world.attach(model, frame=frame, prefix=robot.prefix)
     except ValueError as error:
         raise CompositionError(f"{file}: cannot be attached as {robot.name!r}: {error}") from error
-    return frame
+    return frame, world.worldbody.bodies[others:]
 
 
 def _place(robot: RobotSpec) -> Pose2D:

@@ -1,7 +1,7 @@
 """Drawing where things stand at the start of a run."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from regraft.planar import Pose2D
 from regraft.sim_service.layout.footprints import distance_to_rectangles, obstacle_rectangles
-from regraft.sim_service.layout.headings import yaw_quaternion
+from regraft.sim_service.layout.headings import yaw_of_matrix, yaw_quaternion
 from regraft.sim_service.layout.placement_reading import PlacementRule, placement_rules
 from regraft.sim_service.layout.random_streams import generator
 from regraft.sim_service.layout.scene import Scene
@@ -35,9 +35,9 @@ class Placement:
     poses: Mapping[str, Pose2D]
 
     def apply(self, scene: Scene, model: mujoco.MjModel, qpos: npt.NDArray[np.float64]) -> None:
-        """Move the bodies: static ones in the model, free ones in qpos. Heights stay as they are."""
+        """Move the bodies: free ones in qpos, others in the model. Heights stay as they are."""
         for name, pose in self.poses.items():
-            _move(scene, model, qpos, name, pose)
+            _move(scene, model, qpos, name, pose, _moving(scene, name, self.poses))
 
     def to_plain(self) -> dict[str, list[float]]:
         """Return {body: [x, y, yaw]}, as plain data for a message or a file."""
@@ -68,7 +68,9 @@ class _Draw:
         self._scene = scene
         self._seed = seed
         self._rules = placement_rules(scene)
-        bodies = {scene.index("body", rule.body) for rule in self._rules}
+        placed = [rule.body for rule in self._rules]
+        self._moving = {body: _moving(scene, body, placed) for body in placed}
+        bodies = {body for moving in self._moving.values() for body in moving}
         others = [robot for robot in scene.robots if scene.index("body", robot.body) not in bodies]
         free = {base for robot in others if scene.is_free(base := scene.index("body", robot.body))}
         ignored = {member for body in bodies | free for member in scene.subtree(body)}
@@ -115,7 +117,7 @@ class _Draw:
 
     def _all_seen(self, rule: PlacementRule, pose: Pose2D) -> bool:
         """Return whether the cameras see this body and still see all bodies placed before it."""
-        _move(self._scene, self._model, self._data.qpos, rule.body, pose)
+        _move(self._scene, self._model, self._data.qpos, rule.body, pose, self._moving[rule.body])
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_camlight(self._model, self._data)
         candidates = [placed for placed, _ in self._placed] + [rule]
@@ -126,11 +128,12 @@ class _Draw:
         )
 
     def _lift(self, rule: PlacementRule) -> None:
-        body = self._scene.index("body", rule.body)
-        if self._scene.is_static(body):
-            self._model.body_pos[body][2] += OUT_OF_THE_WAY
-        else:
-            self._data.qpos[self._scene.free_joint_position(rule.body) + 2] += OUT_OF_THE_WAY
+        for body in self._moving[rule.body]:
+            first = self._scene.free_coordinates(body)
+            if first is None:
+                self._model.body_pos[body][2] += OUT_OF_THE_WAY
+            else:
+                self._data.qpos[first + 2] += OUT_OF_THE_WAY
 
 
 def check_apart(scene: Scene, data: mujoco.MjData) -> None:
@@ -162,15 +165,43 @@ def _site_positions(scene: Scene) -> dict[str, tuple[float, float]]:
     return {name: tuple(data.site_xpos[scene.index("site", name)][:2].tolist()) for name in scene.names("site")}
 
 
-def _move(scene: Scene, model: mujoco.MjModel, qpos: npt.NDArray[np.float64], name: str, pose: Pose2D) -> None:
-    body = scene.index("body", name)
-    orientation = np.empty(4)
-    if scene.is_static(body):
-        mujoco.mju_mulQuat(orientation, yaw_quaternion(pose.yaw), scene.model.body_quat[body])
-        model.body_pos[body] = (pose.x, pose.y, scene.model.body_pos[body][2])
-        model.body_quat[body] = orientation
-    else:
-        first = scene.free_joint_position(name)
-        mujoco.mju_mulQuat(orientation, yaw_quaternion(pose.yaw), scene.model.qpos0[first + 3 : first + 7])
-        qpos[first : first + 3] = (pose.x, pose.y, scene.model.qpos0[first + 2])
-        qpos[first + 3 : first + 7] = orientation
+def _moving(scene: Scene, name: str, placed: Iterable[str]) -> list[int]:
+    """Return the bodies that move as one with a placed one: those of its robot's file without a place of their own."""
+    own = scene.index("body", name)
+    others = {scene.index("body", body) for body in placed} - {own}
+    parts = next((scene.parts.get(robot.name) for robot in scene.robots if robot.body == name), None)
+    return [body for body in parts or (own,) if body not in others]
+
+
+def _move(
+    scene: Scene,
+    model: mujoco.MjModel,
+    qpos: npt.NDArray[np.float64],
+    name: str,
+    pose: Pose2D,
+    moving: Iterable[int],
+) -> None:
+    placed = scene.index("body", name)
+    motion = pose.compose(_pose_in_file(scene, placed, name).inverse())
+    for body in moving:
+        first = scene.free_coordinates(body)
+        position, orientation = scene.model.body_pos[body], np.empty(4)
+        mujoco.mju_mulQuat(orientation, yaw_quaternion(motion.yaw), scene.model.body_quat[body])
+        # The placed one stands at its pose exactly.
+        at = pose if body == placed else motion.compose(Pose2D(float(position[0]), float(position[1])))
+        if first is None:
+            model.body_pos[body] = (at.x, at.y, position[2])
+            model.body_quat[body] = orientation
+        else:
+            qpos[first : first + 3] = (at.x, at.y, position[2])
+            qpos[first + 3 : first + 7] = orientation
+
+
+def _pose_in_file(scene: Scene, body: int, name: str) -> Pose2D:
+    """Return where a body is in the file. A robot's base has a heading there; other things are turned as they are."""
+    x, y, _ = scene.model.body_pos[body].tolist()
+    if all(robot.body != name for robot in scene.robots):
+        return Pose2D(x, y)
+    rotation = np.empty(9)
+    mujoco.mju_quat2Mat(rotation, scene.model.body_quat[body])
+    return Pose2D(x, y, yaw_of_matrix(rotation))

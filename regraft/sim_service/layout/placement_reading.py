@@ -41,28 +41,33 @@ class PlacementRule:
 def placement_rules(scene: Scene) -> tuple[PlacementRule, ...]:
     """Return the rules of a world in the order of its file, then its robots': the order of drawing.
 
+    A rule of the file goes before a robot's region.
+
     Raises:
-        SceneError: a rule is malformed or names a body, a camera or a site that does not exist.
+        SceneError: a rule is malformed, or names a body, a camera or a site that does not exist, or a body that is not
+            a child of the worldbody.
     """
     texts = scene.texts().items()
     of_world = [
         _parse(scene, name.removeprefix(PREFIX).strip(), data) for name, data in texts if name.startswith(PREFIX)
     ]
-    of_robots = [_in_region(robot, robot.region) for robot in scene.robots if robot.region is not None]
+    ruled = {rule.body for rule in of_world}
+    of_robots = [
+        _in_region(scene, robot, robot.region)
+        for robot in scene.robots
+        if robot.region is not None and robot.body not in ruled
+    ]
     return (*of_world, *of_robots)
 
 
-def _in_region(robot: RobotSpec, region: Region) -> PlacementRule:
+def _in_region(scene: Scene, robot: RobotSpec, region: Region) -> PlacementRule:
+    _check_movable(scene, robot.body)
     x, y = (region.x[0], region.x[1]), (region.y[0], region.y[1])
     return PlacementRule(robot.body, x, y, region.gap, robot.radius, seen_by=None)
 
 
 def _parse(scene: Scene, body: str, data: str) -> PlacementRule:
-    number = scene.index("body", body)
-    if int(scene.model.body_parentid[number]) != 0:
-        raise SceneError(f"{scene.path}: body {body!r} can't be placed: it is not a child of the worldbody")
-    if not scene.is_static(number):
-        scene.free_joint_position(body)
+    number = _check_movable(scene, body)
     values = words_of(scene, f"place {body}", data, VALUES_PER_WORD)
     try:
         rule = PlacementRule(
@@ -83,6 +88,16 @@ def _parse(scene: Scene, body: str, data: str) -> PlacementRule:
     if rule.clear is not None:
         scene.index("site", rule.clear.site)
     return rule
+
+
+def _check_movable(scene: Scene, body: str) -> int:
+    """Return the number of a body; raises SceneError unless it stands in the world, fixed or free."""
+    number = scene.index("body", body)
+    if int(scene.model.body_parentid[number]) != 0:
+        raise SceneError(f"{scene.path}: body {body!r} can't be placed: it is not a child of the worldbody")
+    if not scene.is_static(number):
+        scene.free_joint_position(body)
+    return number
 
 
 def _radius(scene: Scene, body: str, number: int) -> float:

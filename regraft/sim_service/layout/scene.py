@@ -1,8 +1,8 @@
 """Loading an MJCF world and finding its elements by name."""
 
 import copy
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import mujoco
@@ -40,6 +40,8 @@ class Scene:
     robots: tuple[RobotSpec, ...] = ()
     change: Callable[[mujoco.MjSpec], None] = unchanged
     """Makes of the world's file what was compiled; for who compiles it again."""
+    parts: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+    """The outermost bodies of each robot's own file, by the robot's name."""
 
     def new_model(self) -> mujoco.MjModel:
         """Return a copy of the model that the caller may change."""
@@ -77,11 +79,16 @@ class Scene:
         Raises:
             SceneError: the body does not exist or is not free.
         """
-        return int(self.model.jnt_dofadr[self._free_joint(body)])
+        return int(self.model.jnt_dofadr[self._needed_free_joint(body)])
 
     def free_joint_position(self, body: str) -> int:
         """Return where the body's 7 free coordinates begin in qpos; raises like `free_joint_dof`."""
-        return int(self.model.jnt_qposadr[self._free_joint(body)])
+        return int(self.model.jnt_qposadr[self._needed_free_joint(body)])
+
+    def free_coordinates(self, body: int) -> int | None:
+        """Return where the 7 coordinates of a body with a free joint begin in qpos; None if it has none."""
+        joint = self._free_joint(body)
+        return None if joint is None else int(self.model.jnt_qposadr[joint])
 
     def is_static(self, body: int) -> bool:
         """Return whether the body is fixed to the world."""
@@ -89,9 +96,7 @@ class Scene:
 
     def is_free(self, body: int) -> bool:
         """Return whether the body moves freely, or hangs on one that does."""
-        root = int(self.model.body_rootid[body])
-        joint = int(self.model.body_jntadr[root])
-        return joint >= 0 and int(self.model.jnt_type[joint]) == int(mujoco.mjtJoint.mjJNT_FREE)
+        return self._free_joint(int(self.model.body_rootid[body])) is not None
 
     def subtree(self, body: int) -> list[int]:
         """Return the body and all bodies that hang on it."""
@@ -131,10 +136,14 @@ class Scene:
         name = mujoco.mj_id2name(self.model, KINDS[kind][0], number)
         return str(name) if name else f"{kind} {number}"
 
-    def _free_joint(self, body: str) -> int:
-        index = self.index("body", body)
-        joint = int(self.model.body_jntadr[index])
-        if joint < 0 or int(self.model.jnt_type[joint]) != int(mujoco.mjtJoint.mjJNT_FREE):
+    def _free_joint(self, body: int) -> int | None:
+        joint = int(self.model.body_jntadr[body])
+        is_free = joint >= 0 and int(self.model.jnt_type[joint]) == int(mujoco.mjtJoint.mjJNT_FREE)
+        return joint if is_free else None
+
+    def _needed_free_joint(self, body: str) -> int:
+        joint = self._free_joint(self.index("body", body))
+        if joint is None:
             raise SceneError(f"{self.path}: body {body!r} needs a <freejoint/>")
         return joint
 
@@ -153,10 +162,10 @@ def load_scene(
     if not file.is_file():
         raise SceneError(f"{file}: no such world file")
     try:
-        model = composed(file, robots, change)
+        made = composed(file, robots, change)
     except CompositionError as error:
         raise SceneError(str(error)) from error
-    scene = Scene(file, model, fingerprint_of(model), tuple(robots), change)
+    scene = Scene(file, made.model, fingerprint_of(made.model), tuple(robots), change, made.parts)
     for robot in robots:
         scene.index("body", robot.body)
     return scene
