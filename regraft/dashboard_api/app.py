@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
 from fastapi.dependencies import models
 
 from regraft.dashboard_api.backend.event_buffer import EventBuffer
@@ -18,6 +18,7 @@ from regraft.dashboard_api.http.authorization import Authorization
 from regraft.dashboard_api.http.document import openapi_document
 from regraft.dashboard_api.http.guard import Guard
 from regraft.dashboard_api.http.head import Head
+from regraft.dashboard_api.http.queries import check_query
 from regraft.dashboard_api.routes import (
     adaptations,
     changes,
@@ -64,7 +65,9 @@ def build(services: Services, buffer: EventBuffer, callers: Callers, address: st
         mission_events.routes(MissionFeeds(missions, buffer)),
         events.routes(buffer),
     ):
-        app.include_router(router, prefix=PREFIX, responses=problems.declared(403, 421, 500))
+        app.include_router(
+            router, prefix=PREFIX, responses=problems.declared(403, 421, 500), dependencies=[Depends(check_query)]
+        )
     app.include_router(pages.routes(services.client.system, openapi, PREFIX))
     problems.install(app)
     # The last one that is added is the first one that a request meets.

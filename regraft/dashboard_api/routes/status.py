@@ -62,7 +62,7 @@ def routes(overview: Overview, manager: Manager) -> APIRouter:
     router = APIRouter(tags=["status"], route_class=JsonRoute)
     run = secrets.token_hex(4)
 
-    @router.get("/system", response_description="The system")
+    @router.get("/system", response_description="The system", responses=declared(422))
     def show_system() -> Shown[SystemOverview]:
         """The system in one answer: components by state, hosts, clock, problems."""
         return overview.system()
