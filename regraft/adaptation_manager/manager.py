@@ -177,7 +177,7 @@ class AdaptationManager(Component):
 
     @service(JOURNAL)
     async def lines(self, wanted: JournalRequest) -> JournalPage:
-        """Return lines of this run's journal, newest first."""
+        """Return lines of this run's journal, newest first, and what waits for its turn."""
         await self._gate.passed(self.queue_limit)
         if wanted.id:
             line = self._line_of(wanted.id)
@@ -191,7 +191,8 @@ class AdaptationManager(Component):
         since = entries[-1].started if more else -math.inf
         newer = self._read(lambda j: j.report(before)) if before is not None else None
         until = newer.started if newer is not None else math.inf
-        return JournalPage(entries, more, self._read(lambda j: self._fault_lines.read(j, since, until)))
+        faults = self._read(lambda j: self._fault_lines.read(j, since, until))
+        return JournalPage(entries, more, faults, () if wanted.before else self._without_line())
 
     @service(ARCHITECTURE)
     async def architecture_at(self, wanted: ArchitectureRequest) -> Architecture:
@@ -234,6 +235,14 @@ class AdaptationManager(Component):
             return read(self._store.readable())
         except JournalError as error:
             raise RequestRefused(str(error), RefusalCode.UNAVAILABLE) from None
+
+    def _without_line(self) -> tuple[AdaptationReport, ...]:
+        """Return the adaptations that have an id and no line yet, newest first."""
+        entries = [entry for entry in reversed(self._queue.entries()) if entry.number and entry.report is None]
+        return tuple(self._pending(entry) for entry in entries if not self._has_line(entry.number))
+
+    def _has_line(self, number: int) -> bool:
+        return self._read(lambda j: j.report(number)) is not None
 
     def _entry(self, given: str) -> Entry | None:
         return next((e for e in self._queue.entries() if e.number and str(e.number) == given), None)

@@ -94,6 +94,7 @@ class ScriptedManager(Component):
     def __init__(self) -> None:
         self.revisions = {1: robot()}
         self.journal_lines: list[AdaptationReport] = []
+        self.waiting: tuple[AdaptationReport, ...] = ()
         self.requests: list[AdaptationRequest] = []
         self.fate: Outcome | None = None
         self.refusal: RequestRefused | None = None
@@ -225,7 +226,8 @@ class ScriptedManager(Component):
         if request.id:
             return JournalPage(tuple(line for line in lines if line.id == request.id))
         older = [line for line in lines if not request.before or int(line.id) < int(request.before)]
-        return JournalPage(tuple(older[: request.limit]), len(older) > request.limit)
+        waiting = () if request.before else self.waiting
+        return JournalPage(tuple(older[: request.limit]), len(older) > request.limit, waiting=waiting)
 
     @service("adaptation_manager/architecture")
     async def architecture(self, request: ArchitectureRequest) -> Architecture:

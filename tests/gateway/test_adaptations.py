@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import os
 import threading
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -183,6 +184,15 @@ def test_what_was_not_applied_cannot_be_undone(running: Running) -> None:
     running.manager.fate = Outcome.ROLLED_BACK
     running.post("/adaptations", adaptation())
     assert running.http.post("/adaptations/1/undo").status_code == 409
+
+
+def test_the_journal_has_those_that_wait_for_their_turn(running: Running) -> None:
+    running.post("/adaptations", adaptation())
+    (line,) = running.manager.journal_lines
+    running.manager.waiting = (replace(line, id="2", outcome=Outcome.PENDING),)
+    page = running.http.get("/adaptations").json()
+    assert [[entry["id"] for entry in page[name]] for name in ("waiting", "entries")] == [["2"], ["1"]]
+    assert running.http.get("/adaptations?before=2").json()["waiting"] == []
 
 
 def test_the_journal_is_read_page_by_page(running: Running) -> None:

@@ -133,10 +133,11 @@ def _short(value: object) -> str:
 
 
 def _rows(page: JournalPage, *, simulated: bool) -> list[tuple[object, ...]]:
-    """Return adaptations and faults, newest first."""
+    """Return those that wait, then adaptations and faults, newest first."""
+    waiting = [(w.id, "", "waiting", "", "", w.request.actor, w.request.reason) for w in page.waiting]
     rows = [(entry.started, _row(entry, simulated=simulated)) for entry in page.entries]
     rows += [(fault.stamp, _fault_row(fault, simulated=simulated)) for fault in page.faults]
-    return [row for _, row in sorted(rows, key=lambda one: one[0], reverse=True)]
+    return waiting + [row for _, row in sorted(rows, key=lambda one: one[0], reverse=True)]
 
 
 def _fault_row(fault: SystemFault, *, simulated: bool) -> tuple[object, ...]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
 from typing import TypeVar
 
 import typer
 
 from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.management.manager import CancelAdaptation, ConfirmAdaptation, UndoAdaptation
 from regraft.bus_schema.messages.planning import Proposal
 from regraft.bus_schema.model.adaptation import (
     ADAPT,
@@ -23,6 +25,7 @@ from regraft.cli.adaptation.watched import Confirmation
 from regraft.cli.outcomes import BAD_INPUT, FAILED, BadInput, Unreachable
 from regraft.cli.running_system import Reached, user
 from regraft.cli.terminal.output import complain, say, seconds, show_json
+from regraft.component.errors import CallFailed
 from regraft.stack.yaml.nodes import Location
 
 A = TypeVar("A")
@@ -63,7 +66,30 @@ def adapt(
     """
     require_manager(there)
     refuse_mistakes(there, request, locations)
-    return there.client.call(ADAPT, request, AdaptationReport, timeout + request.confirm, patient=True)
+    with unanswered(there, may_happen=not request.dry_run):
+        return there.client.call(ADAPT, request, AdaptationReport, timeout + request.confirm, patient=True)
+
+
+def end(
+    there: Reached, service: str, request: UndoAdaptation | CancelAdaptation | ConfirmAdaptation, timeout: float
+) -> AdaptationReport:
+    """Have an adaptation undone, cancelled or confirmed; raises CallFailed, Unreachable."""
+    may_happen = not (isinstance(request, UndoAdaptation) and request.dry_run)
+    with unanswered(there, may_happen=may_happen):
+        return ask(there, service, request, AdaptationReport, timeout)
+
+
+@contextmanager
+def unanswered(there: Reached, *, may_happen: bool = True) -> Iterator[None]:
+    """Have a request without an answer name where its adaptation is found: it may be carried out later."""
+    try:
+        yield
+    except CallFailed as error:
+        if error.answer is not None or not may_happen:
+            raise
+        there.check()
+        why = f"{error.why}; what was asked for may still happen: see 'regraft journal'"
+        raise CallFailed(error.service, None, why) from None
 
 
 def change(

@@ -76,7 +76,8 @@ def propose(
     )
     with reached(ctx, system) as there:
         named("planner", name, _planners(there.known))
-        found = there.client.call(planner_service(name, PROPOSE), request, Proposal, timeout)
+        with managing.unanswered(there, may_happen=request.apply):
+            found = there.client.call(planner_service(name, PROPOSE), request, Proposal, timeout)
     if as_json:
         show_json(found)
     else:

@@ -135,9 +135,11 @@ class HostList:
 class JournalView:
     """Lines of the journal, newest first; ``next`` is the cursor (``before``) of the next page, null on the last.
 
-    ``faults`` are the failures and recoveries of components in the time of these lines, newest first.
+    ``faults`` are the failures and recoveries of components in the time of these lines, newest first. ``waiting``, on
+    the first page alone, are adaptations without a line yet: they wait for their turn, or are being checked.
     """
 
     entries: tuple[AdaptationReport, ...]
     next: str | None
     faults: tuple[SystemFault, ...] = ()
+    waiting: tuple[AdaptationReport, ...] = ()

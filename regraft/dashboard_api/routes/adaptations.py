@@ -30,9 +30,10 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
         before: Annotated[str, Query(max_length=200, description="Only those older than this one")] = "",
         limit: Annotated[int, Query(ge=1, le=500)] = 50,
     ) -> Shown[JournalView]:
-        """The journal, newest first."""
+        """The journal, newest first, and the adaptations that wait for their turn."""
         page = manager.journal(JournalRequest(before=before, limit=limit))
-        return JournalView(page.entries, page.entries[-1].id if page.more and page.entries else None, page.faults)
+        following = page.entries[-1].id if page.more and page.entries else None
+        return JournalView(page.entries, following, page.faults, page.waiting)
 
     @router.get("/adaptations/{id}", response_description="The adaptation", responses=declared(404, 422, 503))
     def show_adaptation(adaptation: Id) -> Shown[AdaptationReport]:

@@ -55,6 +55,23 @@ def test_one_that_named_a_revision_that_became_stale_while_it_waited_is_rejected
     assert line.outcome is Outcome.REJECTED
 
 
+def test_those_that_wait_are_listed_newest_first_until_they_have_a_line(bare_system: System) -> None:
+    system = bare_system
+    system.start_manager(answer_within=5.0)
+    under_way = _hold(system)
+    waiting = [system.adapt(SetParameters("listener", {"gain": g}), wait=False) for g in (0.1, 0.2)]
+    wait_until(lambda: under_way.id in [line.id for line in system.lines().entries])
+    page = system.lines()
+    assert [report.id for report in page.waiting] == [report.id for report in reversed(waiting)]
+    assert [report.request for report in page.waiting] == [report.request for report in reversed(waiting)]
+    assert system.lines(before=waiting[0].id).waiting == ()
+    assert system.cancel(page.waiting[0].id).outcome is Outcome.CANCELLED
+    assert [report.id for report in system.lines().waiting] == [waiting[0].id]
+    Fragile.release.set()
+    wait_until(lambda: system.lines(id=waiting[0].id).entries[0].outcome is Outcome.APPLIED)
+    assert system.lines().waiting == ()
+
+
 def test_one_that_waits_can_be_cancelled(bare_system: System) -> None:
     system = bare_system
     system.start_manager(answer_within=5.0)

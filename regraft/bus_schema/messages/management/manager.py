@@ -63,12 +63,14 @@ class JournalRequest:
 class JournalPage:
     """Lines of the journal, newest first; ``more`` if there are older ones.
 
-    ``faults`` are the failures and recoveries of components in the time of these lines, newest first.
+    ``faults`` are the failures and recoveries of components in the time of these lines, newest first. ``waiting``, on
+    the first page alone, are adaptations without a line yet: they wait for their turn, or are being checked.
     """
 
     entries: tuple[AdaptationReport, ...]
     more: bool = False
     faults: tuple[SystemFault, ...] = ()
+    waiting: tuple[AdaptationReport, ...] = ()
 
 
 @message("regraft/ArchitectureTagRequest")
