@@ -59,15 +59,17 @@ def mode(
         raise BadInput(f"{part!r}: a part is only named behind 'show'")
     with reached(ctx, system) as there:
         managing.require_manager(there)
+        view = there.known.of_robot(robot).view
         if name == SHOW:
-            show_parts(_modes(there, reachable=False), part, there.known.of_robot(robot).view, as_json=as_json)
+            show_parts(_modes(there, reachable=False), view.part(part), view, as_json=as_json)
             return
         name = "" if name == LIST else name
         if name and file is None:
+            entered = view.mode(name)
             managing.change(
                 there,
-                EnterMode(name),
-                reason=reason or f"mode {name}",
+                EnterMode(entered),
+                reason=reason or f"mode {entered}",
                 dry_run=dry_run,
                 as_json=as_json,
                 confirmation=confirmation,
@@ -76,7 +78,6 @@ def mode(
         now = there.client.architecture()
         modes = now.modes if file is None else read_system_modes(file, now.components, robot)
         if not name:
-            view = there.known.of_robot(robot).view
             if file is None:
                 show_modes(_modes(there, reachable=True), view, as_json=as_json)
             else:

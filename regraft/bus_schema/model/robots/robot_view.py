@@ -8,7 +8,7 @@ from typing import Final
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.architecture import ComponentSpec
-from regraft.bus_schema.model.robots.scopes import scope_of
+from regraft.bus_schema.model.robots.scopes import component_in_scope, in_scope, scope_of
 from regraft.bus_schema.suggestions import no_such
 
 ROBOTS: Final = "robots"
@@ -44,6 +44,24 @@ class RobotView:
     def has_part(self, name: str) -> bool:
         """Return whether a part with modes does: the robot itself, a component or subsystem of it."""
         return not self.robot or name == self.robot or name.startswith(f"{self.robot}.")
+
+    def mode(self, name: str) -> str:
+        """Return the mode that a name means to those who speak of this robot.
+
+        >>> rescuer = RobotView("rescuer")
+        >>> rescuer.mode("slow"), rescuer.mode("rescuer/slow"), ALL.mode("slow")
+        ('rescuer/slow', 'rescuer/slow', 'slow')
+        """
+        return name if self.has_mode(name) else in_scope(self.robot, name)
+
+    def part(self, name: str) -> str:
+        """Return the part with modes that a name means to those who speak of this robot; an empty name stays so.
+
+        >>> rescuer = RobotView("rescuer")
+        >>> rescuer.part("laser"), rescuer.part("rescuer"), ALL.part("laser")
+        ('rescuer.laser', 'rescuer', 'laser')
+        """
+        return name if not name or self.has_part(name) else component_in_scope(self.robot, name)
 
 
 ALL = RobotView("")
