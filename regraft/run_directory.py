@@ -184,9 +184,12 @@ def is_running(system: str) -> bool:
 
 
 def continues(info: RunInfo) -> bool:
-    """Return whether that run of a system has not ended; another one of its name does not count."""
+    """Return whether that run of a system has not ended; another one of its name does not count.
+
+    A run has no information in its last moment. Another one has none in its first moments, and counts as this one then.
+    """
     now = read_info(info.system)
-    return now is not None and now.run == info.run and is_running(info.system)
+    return (now is None or now.run == info.run) and is_running(info.system)
 
 
 def known() -> list[str]:

@@ -100,6 +100,8 @@ def test_a_run_of_a_system_continues_until_it_ends_or_another_has_its_name(home:
         run_directory.write_info(replace(info, run="2"))
         assert not run_directory.continues(info)
         run_directory.write_info(info)
+        run_directory.forget_info("one")
+        assert run_directory.continues(info), "its processes are about to end"
     assert not run_directory.continues(info)
 
 

@@ -133,7 +133,7 @@ def down(
     except PermissionError:
         raise Failed(f"process {info.pid} belongs to another user, who has to end it") from None
     patience = Patience(END_TIMEOUT)
-    while (runs := run_directory.is_running(info.system)) and not patience.is_over():
+    while (runs := run_directory.continues(info)) and not patience.is_over():
         time.sleep(LOOK_INTERVAL)
     took = time.monotonic() - began
     if runs:

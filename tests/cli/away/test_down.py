@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -61,3 +62,20 @@ def test_a_system_that_does_not_end_is_a_failure(regraft: Regraft, home: Path, p
         found = regraft("down")
     assert found.exit_code == FAILED
     assert f"kill -9 {pid}" in found.stderr
+
+
+@pytest.mark.usefixtures("home", "patience")
+def test_a_system_that_is_started_again_at_once_has_ended(
+    regraft: Regraft, pid: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    info = RunInfo("again", "1", pid, "tcp/127.0.0.1:1", "stack.yaml", False)
+
+    def crowding() -> float:
+        run_directory.write_info(replace(info, run="2"))
+        return 1e6
+
+    monkeypatch.setattr("regraft.patience.crowding", crowding)
+    with run_directory.lock("again"):
+        run_directory.write_info(info)
+        found = regraft("down")
+    assert found.exit_code == 0, found.stderr
