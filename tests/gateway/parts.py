@@ -275,6 +275,7 @@ class HostStub:
         self._bus = bus
         self._ended = threading.Event()
         self.architecture = robot()
+        self.silent = False
         self._status_key = keys.host("local", "status")
         self._token = bus.announce(keys.host("local", "alive"))
         self._queries = [
@@ -296,6 +297,8 @@ class HostStub:
     def _show(self, item: Any) -> None:
         query = self._bus.open_query(item)
         assert query is not None
+        if self.silent:
+            return
         query.reply(codec.encode(HostView("local", "run", 0, self.architecture, ())))
 
     def _use(self, item: Any) -> None:

@@ -17,7 +17,7 @@ from regraft.bus_schema.model.robots.executors import (
 )
 from regraft.client import ClientError
 from regraft.dashboard_api.backend.manager import BACK_OFF, FRESH_FOR, HOST_TIMEOUT, Services
-from regraft.dashboard_api.http.problems import malformed, not_found, violation
+from regraft.dashboard_api.http.problems import NO_ANSWER, malformed, not_found, unavailable, violation
 
 A = TypeVar("A")
 
@@ -31,6 +31,7 @@ class Missions:
         self.client = services.client
         self._reading = threading.Lock()
         self._known: tuple[MissionExecutor, ...] = ()
+        self._is_silent = False
         self._read_again_at = 0.0
 
     def ask(self, robot: str, service: str, request: object, expected: type[A]) -> A:
@@ -38,10 +39,15 @@ class Missions:
         return self._services.ask(self.executor(robot).service(service), request, expected)
 
     def executor(self, robot: str) -> MissionExecutor:
-        """Return the executor of a robot, or the only one; raises Problem."""
+        """Return the executor of a robot, or the only one; raises Problem.
+
+        While the first host is silent, nobody knows which robots there are.
+        """
         try:
             return self._found(robot) or MissionExecutor()
         except NoSuchExecutor as error:
+            if self._is_silent:
+                raise unavailable("the first host, which knows the robots, does not answer", NO_ANSWER) from None
             raise not_found(str(error)) from None
         except WhichExecutor as error:
             raise malformed(violation("robot", str(error))) from None
@@ -59,11 +65,10 @@ class Missions:
     def _executors(self, *, current: bool = False) -> tuple[MissionExecutor, ...]:
         with self._reading:
             if current or time.monotonic() >= self._read_again_at:
-                fresh_for = FRESH_FOR
                 try:
                     known = self.client.host_view(LOCAL, HOST_TIMEOUT).architecture
-                    self._known = executors(known.components, known.scopes)
+                    self._known, self._is_silent = executors(known.components, known.scopes), False
                 except ClientError:
-                    fresh_for = BACK_OFF
-                self._read_again_at = time.monotonic() + fresh_for
+                    self._is_silent = True
+                self._read_again_at = time.monotonic() + (BACK_OFF if self._is_silent else FRESH_FOR)
             return self._known

@@ -83,6 +83,19 @@ def test_an_unknown_robot_is_not_found_and_the_nearest_name_is_told(http: httpx.
         assert "did you mean 'right'?" in answer.json()["detail"]
 
 
+def test_a_robot_is_not_taken_for_removed_while_the_host_that_knows_it_is_silent(site: Site, host: HostStub) -> None:
+    host.silent = True
+    with client(start_gateway(site)) as http:
+        http.event_hooks["response"] = [contract(http).check]
+        http.params = {"robot": "left"}
+        for answer in (http.get("/mission"), http.post("/mission/halt"), http.get("/mission/events")):
+            assert (answer.status_code, answer.json()["type"]) == (503, "urn:regraft:problem:no-answer")
+            assert int(answer.headers["retry-after"]) >= 1
+        host.silent = False
+        assert http.get("/mission").status_code == 200
+        assert http.get("/mission", params={"robot": "third"}).status_code == 404
+
+
 def test_the_mission_of_a_robot_that_was_just_added_is_found(http: httpx.Client, site: Site, host: HostStub) -> None:
     name, topics = "third.bt_executor", TOPICS | {"third/scan": TopicSpec("third/scan", "regraft/LaserScan")}
     site.start(Executor, name, scope="third")
