@@ -65,13 +65,28 @@ class Backlog(Generic[T]):
 def samples(
     subscribe: Subscribe, count: int | None, duration: float | None, check: Callable[[], object]
 ) -> Iterator[TopicSample]:
-    """Yield what comes until ``count`` messages or ``duration`` seconds have passed, or ``check`` raises in silence."""
+    """Yield what comes until ``count`` messages or ``duration`` seconds have passed, or ``check`` raises in silence.
+
+    A topic on which nothing fits is no silent one: the first message that does not fit is reported while it waits, and
+    all are counted at the end.
+    """
     waiting: Backlog[TopicSample] = Backlog()
     with subscribe(waiting.take) as subscription:
-        yield from islice(waiting.coming(duration, check), count)
-        if subscription.refused:
-            complain(f"{subscription.refused} messages did not fit, the last one: {subscription.last_problem}")
-        tell_missed(subscription.dropped + waiting.missed)
+        reported = False
+
+        def look() -> None:
+            nonlocal reported
+            if subscription.refused and not reported:
+                reported = True
+                complain(f"a message did not fit: {subscription.last_problem}")
+            check()
+
+        try:
+            yield from islice(waiting.coming(duration, look), count)
+        finally:
+            if subscription.refused:
+                complain(f"{subscription.refused} messages did not fit, the last one: {subscription.last_problem}")
+            tell_missed(subscription.dropped + waiting.missed)
 
 
 def tell_missed(count: int) -> None:
