@@ -136,6 +136,7 @@ def test_a_view_by_robot_has_its_components_their_offers_and_the_topics_of_its_n
     assert list(left.components) == ["left.pilot"]
     assert list(left.offers("service")) == ["left.pilot/stop"]
     assert list(left.uses()) == ["left/scan", "left/speed", "wind"]
+    assert [left.view.has_component(f"{robot}.added_later") for robot in ("left", "right")] == [True, False]
     assert left.uses()["left/scan"].writers == [("world", "left/scan")]
     assert left.uses()["wind"].readers == [("left.pilot", "wind"), ("right.pilot", "wind")]
     assert two_robots().of_robot("") == two_robots()

@@ -149,12 +149,12 @@ def test_components_and_topics_are_listed_by_robot() -> None:
         name: replace(known.topics["velocity"], name=name)
         for name in ("left/velocity", "left/scan", "right/scan", "wind", "velocity")
     }
-    seen = {"right.navigator": ComponentSeen("right.navigator", alive=True)}
+    seen = {name: ComponentSeen(name, alive=True) for name in ("right.navigator", "left.visitor")}
     overview = Stub(seen, replace(known, components=specs, topics=topics)).overview
     listed = {name: [line.name for line in overview.components(name).components] for name in ("", "left", "right")}
     assert listed == {
-        "": ["drive", "left.drive", "right.navigator"],
-        "left": ["left.drive"],
+        "": ["drive", "left.drive", "left.visitor", "right.navigator"],
+        "left": ["left.drive", "left.visitor"],
         "right": ["right.navigator"],
     }
     assert [line.name for line in overview.topics("right").topics] == ["right/scan", "wind"]

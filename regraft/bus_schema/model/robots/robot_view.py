@@ -23,19 +23,19 @@ class NoSuchRobot(ValueError):
 class RobotView:
     """The part of a system that belongs to one robot among several; with an empty name, all of it.
 
-    A robot has its components, what these offer, the topics of its name, and those that its components use.
+    A robot has its components, what these offer, the topics of its name, and those that its components use. Names alone
+    decide: a component that joins or is added later belongs to it, too.
     """
 
     robot: str
-    own: frozenset[str] = frozenset()
 
     def has_component(self, name: str) -> bool:
         """Return whether a component belongs to it."""
-        return not self.robot or name in self.own
+        return not self.robot or scope_of(name, (self.robot,)) == self.robot
 
     def has_topic(self, name: str, users: Iterable[str]) -> bool:
         """Return whether a topic does, which components ``users`` write and read."""
-        return not self.robot or name.startswith(f"{self.robot}/") or not self.own.isdisjoint(users)
+        return not self.robot or name.startswith(f"{self.robot}/") or any(map(self.has_component, users))
 
     def has_mode(self, name: str) -> bool:
         """Return whether a mode does."""
@@ -97,4 +97,4 @@ def robot_view(robot: str, components: Mapping[str, ComponentSpec], scopes: Coll
     known = robots_of(components, scopes)
     if robot not in known:
         raise NoSuchRobot(no_such("robot", robot, known))
-    return RobotView(robot, frozenset(name for name in components if scope_of(name, scopes) == robot))
+    return RobotView(robot)
