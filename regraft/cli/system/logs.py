@@ -36,7 +36,9 @@ HOST_LOG = "host"
 def logs(
     ctx: typer.Context,
     component: ComponentArgument,
-    follow: Annotated[bool, typer.Option("--follow", "-f", help="Follow new output, until Ctrl-C.")] = False,
+    follow: Annotated[
+        bool, typer.Option("--follow", "-f", help="Follow new output, until Ctrl-C or the system's end.")
+    ] = False,
     lines: Annotated[
         int, typer.Option("--lines", "-n", metavar="N", parser=whole(1, 10_000), help="The number of entries.")
     ] = 100,
@@ -45,18 +47,29 @@ def logs(
 ) -> None:
     """Print the end of a component's log ('host': the host's own), also of a system that has ended."""
     component_name(component)
-    path = _log_file(ctx, system, component)
+    chosen = chosen_system(ctx, system)
+    name = system_name(chosen) if chosen is not None else run_directory.find().system
+    path = _log_file(ctx, name, component)
     if path is None:
         _ask_host(ctx, system, component, lines, follow, as_json)
         return
+    info = run_directory.read_info(name)
     shown, position = tail(path, lines, unfinished=not follow)
     _show(component, path, shown, as_json=as_json, compact=follow)
     while follow:
-        more, position = grown(path, position)
+        is_over = not _continues(name, info)  # looked at first: what was written until then is shown
+        more, position = grown(path, position, unfinished=is_over)
         if more:
             _show(component, path, more, as_json=as_json, compact=True)
+        elif is_over:
+            raise Unreachable(f"{name} has ended")
         else:
             time.sleep(LOOK_INTERVAL)
+
+
+def _continues(name: str, info: run_directory.RunInfo | None) -> bool:
+    """Return whether a run has not ended; a host that has joined has a folder, and no information of a run."""
+    return run_directory.is_running(name) if info is None else run_directory.continues(info)
 
 
 def _show(component: str, file: Path | None, lines: Sequence[str], *, as_json: bool, compact: bool = False) -> None:
@@ -80,7 +93,7 @@ def _ask_host(ctx: typer.Context, system: str | None, component: str, lines: int
     _show(component, None, shown, as_json=as_json)
 
 
-def _is_elsewhere(ctx: typer.Context, system: str | None, component: str) -> bool:
+def _is_elsewhere(ctx: typer.Context, system: str, component: str) -> bool:
     """Return whether another host has the process of a component; false if the system cannot be reached."""
     try:
         with reached(ctx, system) as there:
@@ -90,10 +103,8 @@ def _is_elsewhere(ctx: typer.Context, system: str | None, component: str) -> boo
     return seen is not None and seen.host not in (None, LOCAL)
 
 
-def _log_file(ctx: typer.Context, system: str | None, component: str) -> Path | None:
+def _log_file(ctx: typer.Context, name: str, component: str) -> Path | None:
     """Return the file of a component's log, None if another host has it; raises BadInput, Unreachable."""
-    chosen = chosen_system(ctx, system)
-    name = system_name(chosen) if chosen is not None else run_directory.find().system
     folder = run_directory.folder(name) / "logs"
     try:
         files = os.listdir(folder)
@@ -102,7 +113,7 @@ def _log_file(ctx: typer.Context, system: str | None, component: str) -> Path | 
     except OSError as error:
         raise _cannot_read(folder, error) from None
     # A component may have written a log here before it was moved to another host.
-    if component != HOST_LOG and _is_elsewhere(ctx, system, component):
+    if component != HOST_LOG and _is_elsewhere(ctx, name, component):
         return None
     file = f"{component}.log"
     if file not in files:
@@ -133,10 +144,11 @@ def tail(path: Path, count: int, *, unfinished: bool = False) -> tuple[list[str]
     return whole.decode(errors="replace").splitlines()[-count:], position
 
 
-def grown(path: Path, position: int) -> tuple[list[str], int]:
+def grown(path: Path, position: int, *, unfinished: bool = False) -> tuple[list[str], int]:
     """Return the whole lines that a file has behind ``position``, and the position behind them.
 
-    A file that has become shorter was begun again. One that is gone has none.
+    ``unfinished`` takes one without end, too. A file that has become shorter was begun again. One that is gone has
+    none.
 
     Raises:
         BadInput: it cannot be read.
@@ -151,7 +163,7 @@ def grown(path: Path, position: int) -> tuple[list[str], int]:
         return [], 0
     except OSError as error:
         raise _cannot_read(path, error) from None
-    whole = data[: data.rfind(b"\n") + 1] if len(data) < MAX_BYTES else data
+    whole = data if unfinished or len(data) == MAX_BYTES else data[: data.rfind(b"\n") + 1]
     return whole.decode(errors="replace").splitlines(), start + len(whole)
 
 

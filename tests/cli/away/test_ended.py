@@ -86,6 +86,30 @@ def test_a_wait_ends_with_3_once_the_system_has_ended(
         assert done.stderr.splitlines()[-1] == "regraft: site has ended"
 
 
+def test_a_log_is_followed_to_its_end_until_the_system_has_ended(site: Site, home: Path, tmp_path: Path) -> None:
+    over = threading.Event()
+    with running(site, over):
+        log = home / "site" / "logs" / "slow.log"
+        log.write_text("first\n")
+        following = Command("logs", "slow", "-f", log=tmp_path / "out.log", cwd=STACK, environment=in_home(home))
+        try:
+            following.wait_line("first")
+            with log.open("a") as written:
+                written.write("second\nlast")
+            over.set()
+            assert following.ended() == 3, following.lines
+        finally:
+            following.kill()
+    assert following.lines == ["first", "second", "last", "regraft: site has ended"]
+
+
+def test_a_log_of_a_system_that_has_ended_is_shown_and_not_followed(home: Path) -> None:
+    with run_directory.lock("site"):
+        (home / "site" / "logs" / "slow.log").write_text("first\nlast")
+    done = regraft(home, "logs", "slow", "-f", "--system", "site")
+    assert (done.returncode, done.stdout.splitlines()) == (3, ["first", "last"])
+
+
 def test_a_component_that_joined_ends_with_the_system_though_its_process_number_is_still_there(
     site: Site, home: Path, tmp_path: Path
 ) -> None:
