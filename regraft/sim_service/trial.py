@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from regraft import Input, Output
 from regraft.bus_schema.encoding import codec
-from regraft.component.component import declared
+from regraft.component.future import Future
+from regraft.component.live_ports import Inputs, Outputs
 from regraft.component.parameters import ParameterError
 from regraft.sim_service.devices.core.calling import Calls, DeviceError
 from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.devices.core.device_kit import DeviceParameters
-from regraft.sim_service.devices.core.fitting import Fitted, place_of
+from regraft.sim_service.devices.core.fitting import Fitted, fitted, place_of
 from regraft.sim_service.layout.scene import Scene
 from regraft.sim_service.simulation import Simulation, SimulationSettings
 
@@ -19,7 +21,24 @@ from regraft.sim_service.simulation import Simulation, SimulationSettings
 class _Input:
     """An input to which nothing has come."""
 
-    latest = None
+    latest = envelope = stamp = None
+
+    def __init__(self, name: str, declared: Input[Any]) -> None:
+        self.name, self.key = name, ""
+        self._keep = declared.keep
+
+    def opener(self) -> None:
+        """Return None: there is no message to open."""
+
+    def take(self) -> list[Any]:
+        """Return no messages; raises TypeError without ``keep``."""
+        if not self._keep:
+            raise TypeError(f"the input {self.name!r} keeps nothing to take: declare it with keep=N")
+        return []
+
+    def next(self) -> Future[Any]:
+        """Return the future of a message that never comes."""
+        return Future()
 
 
 class _Output:
@@ -27,8 +46,9 @@ class _Output:
 
     wanted = True
 
-    def __init__(self, message: type) -> None:
-        self._message = message
+    def __init__(self, name: str, declared: Output[Any]) -> None:
+        self.name, self.key = name, ""
+        self._message = declared.message
 
     def publish(self, message: object) -> None:
         """Encode a message."""
@@ -54,9 +74,11 @@ def try_world(
     """
     try:
         simulation = Simulation(scene, seed, settings, parameters=parameters)
-        devices = [device for robot in simulation.robots.values() for device in robot.devices.values()]
-        for device in devices:
-            _connect_to_nothing(device)
+        devices: list[Device] = []
+        for fit in fitted(scene.robots):
+            device = simulation.robot(fit.robot.name).devices[fit.spec.name]
+            _connect_to_nothing(device, fit)
+            devices.append(device)
         calls = Calls()
         simulation.advance(settings.tick, calls)
         simulation.progress.steps = 0  # at the tick 0 all sensors are due, at any rates
@@ -75,7 +97,9 @@ def _refusal(scene: Scene, errors: Sequence[DeviceError]) -> ParameterError:
     return ParameterError([(place_of(scene.robots, error.robot, error.device), str(error)) for error in errors])
 
 
-def _connect_to_nothing(device: Device) -> None:
-    ports = declared(type(device))
-    vars(device).update(dict.fromkeys(ports.inputs, _Input()))
-    vars(device).update({name: _Output(port.message) for name, port in ports.outputs.items()})
+def _connect_to_nothing(device: Device, fit: Fitted) -> None:
+    # Their types are checked here: a port that lacks a part would refuse sound devices.
+    inputs: Inputs = {short: _Input(fit.port(short), port) for short, port in fit.declared.inputs.items()}
+    outputs: Outputs = {short: _Output(fit.port(short), port) for short, port in fit.declared.outputs.items()}
+    vars(device).update(inputs)
+    vars(device).update(outputs)

@@ -60,6 +60,21 @@ class Nose(Sensor):
     def measure(self):
         raise RuntimeError("it has a cold")
 """
+EAR = """\
+from regraft import Input, Output
+from regraft.bus_schema.messages.sensors import LightLevel
+from regraft.sim_service.devices.core.device import Device
+
+
+class Ear(Device):
+    light = Input(LightLevel, keep=10, required=False)
+    dark = Input(LightLevel, required=False)
+    heard = Output(LightLevel, required=False)
+
+    def act(self):
+        found = {use}
+        assert found == {found!r}, repr(found)
+"""
 
 
 def refused(folder: Path, stack: str = STACK, robot: str = ROBOT, model: str = "", device: str = "") -> str:
@@ -164,6 +179,23 @@ def test_a_sensor_that_cannot_measure_is_named_whatever_its_rate(tmp_path: Path)
     found = refused(tmp_path, robot=robot, device=NOSE)
     assert "rover/robot.yaml:4: " in found
     assert "the device 'nose' of the robot 'left': RuntimeError: it has a cold" in found
+
+
+def test_a_device_may_do_with_its_ports_what_a_component_may(tmp_path: Path) -> None:
+    robot = ROBOT.replace("devices:\n", f'devices:\n  ear: {{class: "{tmp_path.name}_parts:Ear"}}\n')
+    alone = STACK.replace("  right:", "  # right:")
+    light, heard = "self.light", "self.heard"
+    read = (f"{light}.latest", f"{light}.opener()", f"{light}.envelope", f"{light}.stamp", f"{light}.take()")
+    use = ", ".join((*read, f"{light}.next().done", f"{light}.name", f"{light}.key", f"{heard}.name", f"{heard}.key"))
+    found = (None, None, None, None, [], False, "left/light", "", "left/heard", "")
+    code, output = checked(tmp_path, alone, robot, device=EAR.format(use=use, found=found))
+    assert code == 0, output
+
+
+def test_a_device_that_takes_from_an_input_that_keeps_nothing_is_refused(tmp_path: Path) -> None:
+    robot = ROBOT.replace("devices:\n", f'devices:\n  ear: {{class: "{tmp_path.name}_parts:Ear"}}\n')
+    device = EAR.format(use="self.dark.take()", found=[])
+    assert "the input 'left/dark' keeps nothing to take" in refused(tmp_path, robot=robot, device=device)
 
 
 def test_a_value_that_the_stack_gives_a_device_is_checked(tmp_path: Path) -> None:
