@@ -28,7 +28,7 @@ class Assembly:
     """A stack's document, a report that knows the lines of its fields, and the folders of its files.
 
     ``robots`` are the parameters of each robot by its name, which is empty for the single one. ``references`` has the
-    values of ``$world``, ``$robots`` and all else, by robot; the empty name is the stack itself.
+    values of ``$world``, ``$robots``, ``$robot`` and all else, by robot; the empty name is the stack itself.
     """
 
     document: Node
@@ -60,7 +60,10 @@ def assemble(file: Path) -> Assembly:
 
 def _values(known: dict[str, Node], data: dict[str, RobotData]) -> dict[str, dict[str, PlainValue]]:
     shared = {name: plain(node) for name, node in known.items()}
-    own = {robot: {name: plain(node) for name, node in of.parameters.items()} for robot, of in data.items()}
+    own = {
+        robot: {name: plain(node) for name, node in of.parameters.items()} | {ROBOT: robot}
+        for robot, of in data.items()
+    }
     return {robot: own.get(robot, {}) | shared for robot in ("", *own)}
 
 

@@ -21,12 +21,19 @@ NEVER_PARAMETERS = (ROBOT, WORLD, ROBOTS)
 
 
 def replaced(value: PlainValue, known: Mapping[str, PlainValue]) -> PlainValue:
-    """Return a plain value with the values of ``known`` references; other texts stay as they are."""
+    """Return a plain value with the values of ``known`` references, and ``$text`` for ``$$text``.
+
+    Other texts stay as they are: values that a file has given already come here too, such as those of modes.
+    """
     if isinstance(value, dict):
         return {key: replaced(part, known) for key, part in value.items()}
     if isinstance(value, list):
         return [replaced(part, known) for part in value]
-    match = REFERENCE.fullmatch(value) if isinstance(value, str) else None
+    if not isinstance(value, str):
+        return value
+    if value.startswith(MARK * 2):
+        return value.removeprefix(MARK)
+    match = REFERENCE.fullmatch(value)
     return known.get(match[1], value) if match else value
 
 

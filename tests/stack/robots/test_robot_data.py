@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from regraft.bus_schema.model.adaptation import Swap
+from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.stack import Stack, StackError, apply_overrides, load
 from regraft.stack.describing import Surroundings, describe_component
 from regraft.stack.successor import successor
@@ -42,6 +43,7 @@ robots:
   left: {robot: rover, parameters: {max_velocity: 0.4}}
   right: {robot: rover, components: {navigator: {parameters: {radius: 0.35, max_velocity: 0.1}}}}
 """
+CAMERA = "regraft.sim_service.camera_component:Camera"
 
 
 def stack(folder: Path, text: str, robot: str = ROBOT) -> Stack:
@@ -118,6 +120,16 @@ def test_a_successor_has_the_data_that_its_class_alone_takes(tmp_path: Path) -> 
     wanted = replace(old, cls=change.cls, parameters=old.parameters | change.parameters, description=None)
     described = describe_component(wanted, surroundings).spec
     assert successor(change, old, described, loaded.architecture).parameters == {"radius": 0.3, "largest": 0.4}
+
+
+@pytest.mark.parametrize(("text", "name"), [(TWO, "right"), (SINGLE, "")])
+def test_an_added_component_may_refer_to_its_robots_name_and_have_texts_that_look_like_it(
+    tmp_path: Path, text: str, name: str
+) -> None:
+    surroundings = Surroundings(tmp_path, "/run", stack(tmp_path, text).references)
+    given = {"robot": "$robot", "camera": "$$robot"}
+    eye = ComponentSpec(f"{name}.eye".removeprefix("."), CAMERA, parameters=given)
+    assert describe_component(eye, surroundings).spec.parameters == {"robot": name, "camera": "$robot"}
 
 
 def test_a_robot_that_lacks_what_a_component_takes_is_refused_by_its_file(tmp_path: Path) -> None:
