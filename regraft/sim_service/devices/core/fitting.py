@@ -155,19 +155,34 @@ def ports_of(robots: Sequence[RobotSpec], handler: str) -> Iterator[Input[Any] |
 
 def _clashes(name: str, uses: Sequence[Use]) -> Iterator[tuple[str, str]]:
     first, _, port = uses[0]
+    takers = [(device, short) for device, short, other in uses if isinstance(other, Input) and other.keep]
     for device, short, other in uses[1:]:
         if not (isinstance(port, Input) and isinstance(other, Input) and port.message is other.message):
             why = f"the device {first.spec.name!r} has the port {name!r} already: connect one of them to another topic"
             yield f"{device.place}.connect.{short}", why
+    for device, short in takers[1:]:
+        taker = takers[0][0].spec.name
+        why = f"the device {taker!r} takes the messages of the port {name!r}, each of them once: handle them here"
+        yield f"{device.place}.connect.{short}", why
 
 
 def _world_port(name: str, uses: Sequence[Use], handler: str) -> Input[Any] | Output[Any]:
-    _, _, port = uses[0]
-    named = copy(port)
+    named = copy(uses[0][2])
     named.name = named.topic = name
-    named.origin = next(filter(None, (use.asks_for(short, as_declared) for use, short, as_declared in uses)), "")
+    required_first = sorted(uses, key=lambda use: not use[2].required)
+    named.origin = next(filter(None, (device.asks_for(short, port) for device, short, port in required_first)), "")
     if isinstance(named, Input):
-        named.handler_name, named.handler_takes_name = None, True
-        if any(isinstance(use, Input) and use.handler_name for _, _, use in uses):
-            named.handler_name = handler
+        _suit_all(named, [port for _, _, port in uses if isinstance(port, Input)], handler)
     return named
+
+
+def _suit_all(shared: Input[Any], ports: Sequence[Input[Any]], handler: str) -> None:
+    """Have an input that devices share bring each of them what its own ``ports`` would."""
+    shared.required = any(port.required for port in ports)
+    shared.latest_only = all(port.latest_only for port in ports)
+    shared.on_demand = all(port.on_demand for port in ports)
+    shared.keep = max(port.keep for port in ports)
+    shared.reads = tuple(dict.fromkeys(reading for port in ports for reading in port.reads))
+    shared.handler_name, shared.handler_takes_name = None, True
+    if any(port.handler_name for port in ports):
+        shared.handler_name = handler
