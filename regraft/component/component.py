@@ -12,10 +12,9 @@ from regraft.bus_schema.errors import BadMessage, BadType
 from regraft.bus_schema.keys import own_name
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.description import Description, Resources, check_amounts, check_devices
-from regraft.bus_schema.suggestions import instead_of
 from regraft.component.handlers import LONGEST, Period, Service, period_of, service_of
 from regraft.component.kit import Kit
-from regraft.component.parameters import Parameter, ParameterError, ParameterSet
+from regraft.component.parameters import Parameter, ParameterError, ParameterSet, limited
 from regraft.component.ports import Input, Output, handled_by, with_handler
 from regraft.component.quality import Quality
 from regraft.component.reserved import check_attributes
@@ -284,27 +283,13 @@ def parameter_set(cls: type[Component], given: Mapping[str, Any]) -> ParameterSe
     of_class = declared(cls).parameters
     fixed = ParameterSet({name: parameter for name, parameter in of_class.items() if parameter.read_only})
     fixed.set({name: value for name, value in given.items() if name in fixed.declared}, starting=True)
-    of_class = {name: _limited(parameter, fixed.values) for name, parameter in of_class.items()}
     by_parameters = {parameter.name: parameter for parameter in cls.parameters_for(fixed.values)}
     twice = sorted(by_parameters.keys() & of_class.keys())
     if twice:
         raise ParameterError([(name, "the class has a parameter of this name already") for name in twice])
-    values = ParameterSet({**of_class, **by_parameters})
+    values = ParameterSet(limited({**of_class, **by_parameters}, given))
     values.set(given, starting=True)
     return values
-
-
-def _limited(parameter: Parameter[Any], fixed: Mapping[str, Any]) -> Parameter[Any]:
-    if not parameter.limit:
-        return parameter
-    if parameter.limit not in fixed:
-        why = f"its limit {parameter.limit!r} must be a read-only parameter of the same class"
-        raise BadType(f"parameter {parameter.name!r}: {why}; {instead_of(parameter.limit, fixed)}")
-    try:
-        return parameter.at_most(fixed[parameter.limit])
-    except ParameterError as error:
-        whose = f"the least of {parameter.name!r}, whose limit it is"
-        raise ParameterError([(parameter.limit, f"{why}, {whose}") for _, why in error.parts]) from None
 
 
 def declared_for(cls: type[Component], parameters: ParameterSet) -> Declared:

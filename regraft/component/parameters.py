@@ -8,9 +8,10 @@ from copy import copy
 from dataclasses import dataclass, field, replace
 from typing import Any, Generic, Protocol, TypeVar, overload
 
+from regraft.bus_schema.errors import BadType
 from regraft.bus_schema.model.description import ParameterDescription
 from regraft.bus_schema.model.parameter_values import parameter_problem
-from regraft.bus_schema.suggestions import Hints
+from regraft.bus_schema.suggestions import Hints, instead_of
 
 V = TypeVar("V", bool, int, float, str, tuple[float, ...], tuple[str, ...])
 
@@ -137,9 +138,10 @@ class Parameter(Generic[V]):
         """The values that it can have; empty where its type and bounds alone define them."""
         return tuple(self._described.schema.get("enum", ()))
 
-    def renamed(self, name: str, default: Any) -> Parameter[V]:
-        """Return the same parameter under another name and with another default; raises ParameterError."""
+    def renamed(self, name: str, default: Any, limit: str = "") -> Parameter[V]:
+        """Return the same parameter with another name, default and limit, by default none; raises ParameterError."""
         other = copy(self)
+        other.limit = limit
         other.default = self.checked(default)
         other.name = name
         other._described = replace(self._described, name=name, default=self.plain(other.default))
@@ -156,7 +158,7 @@ class Parameter(Generic[V]):
         least = math.floor(least) if isinstance(self.default, int) else least
         other = copy(self)
         other._described = replace(self._described, schema={**schema, "maximum": least})
-        return other.renamed(self.name, min(self.default, least))
+        return other.renamed(self.name, min(self.default, least), self.limit)
 
     def plain(self, value: Any) -> Any:
         """Return a value as plain data."""
@@ -209,3 +211,31 @@ class ParameterSet:
     def plain(self) -> dict[str, Any]:
         """Return the current values as plain data."""
         return {name: self.declared[name].plain(value) for name, value in self.values.items()}
+
+
+def limited(declared: Mapping[str, Parameter[Any]], given: Mapping[str, Any]) -> dict[str, Parameter[Any]]:
+    """Return parameters whose maximum is no more than their limit, by the ``given`` values of read-only ones.
+
+    Raises:
+        BadType: a limit is no read-only parameter among them.
+        ParameterError: a limit has a value that does not fit, or leaves nothing.
+    """
+    fixed = {name: parameter for name, parameter in declared.items() if parameter.read_only}
+    limits = ParameterSet(
+        {parameter.limit: fixed[parameter.limit] for parameter in declared.values() if parameter.limit in fixed}
+    )
+    limits.set({name: value for name, value in given.items() if name in limits.declared}, starting=True)
+    return {name: _limited(parameter, fixed, limits.values) for name, parameter in declared.items()}
+
+
+def _limited(parameter: Parameter[Any], fixed: Mapping[str, Any], limits: Mapping[str, Any]) -> Parameter[Any]:
+    if not parameter.limit:
+        return parameter
+    if parameter.limit not in fixed:
+        why = f"its limit {parameter.limit!r} must be a read-only parameter of the same class"
+        raise BadType(f"parameter {parameter.name!r}: {why}; {instead_of(parameter.limit, fixed)}")
+    try:
+        return parameter.at_most(limits[parameter.limit])
+    except ParameterError as error:
+        whose = f"the least of {parameter.name!r}, whose limit it is"
+        raise ParameterError([(parameter.limit, f"{why}, {whose}") for _, why in error.parts]) from None

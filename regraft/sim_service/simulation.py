@@ -11,7 +11,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from regraft.component.parameters import ParameterSet
+from regraft.component.parameters import ParameterSet, limited
 from regraft.planar import Pose2D
 from regraft.sim_service.cameras.camera import RenderState
 from regraft.sim_service.cameras.room_lamps import check_level
@@ -42,7 +42,7 @@ class SimulationSettings:
 
 def own_parameters(device: Fitted) -> DeviceParameters:
     """Return the parameters of a device in a simulation without a bus: those of the robot's file, and defaults."""
-    values = ParameterSet(device.declared.parameters)
+    values = ParameterSet(limited(device.declared.parameters, device.spec.parameters))
     values.set(device.spec.parameters, starting=True)
     return DeviceParameters(values.values)
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from regraft import Input, Output
 from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.model.description import Description
 from regraft.component.future import Future
 from regraft.component.live_ports import Inputs, Outputs
 from regraft.component.parameters import ParameterError
@@ -16,6 +17,7 @@ from regraft.sim_service.devices.core.device_kit import DeviceParameters
 from regraft.sim_service.devices.core.fitting import Fitted, fitted, place_of
 from regraft.sim_service.layout.scene import Scene
 from regraft.sim_service.simulation import Simulation, SimulationSettings
+from regraft.stack.files import file_problems
 
 
 class _Input:
@@ -69,9 +71,12 @@ def try_world(
     ``parameters`` gives the parameters of each device.
 
     Raises:
-        ParameterError: a device fails; with its place in the list of robots.
+        ParameterError: a device fails, or a file that it names is missing; with its place in the list of robots.
         SceneError, PlacementError: see `Simulation`.
     """
+    missing = [problem for fit in fitted(scene.robots) for problem in _missing_files(fit, parameters(fit))]
+    if missing:
+        raise ParameterError(missing)
     try:
         simulation = Simulation(scene, seed, settings, parameters=parameters)
         devices: list[Device] = []
@@ -91,6 +96,12 @@ def try_world(
         simulation.restore(simulation.snapshot())
     except DeviceError as error:
         raise _refusal(scene, [error]) from error
+
+
+def _missing_files(fit: Fitted, parameters: DeviceParameters) -> Iterator[tuple[str, str]]:
+    described = tuple(parameter.describe() for parameter in fit.declared.parameters.values())
+    for short, problem in file_problems(Description(fit.spec.cls, "", parameters=described), parameters.values):
+        yield f"{fit.place}.parameters.{short}", problem
 
 
 def _refusal(scene: Scene, errors: Sequence[DeviceError]) -> ParameterError:

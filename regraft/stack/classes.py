@@ -5,12 +5,13 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.description import Description
 from regraft.bus_schema.model.parameter_values import parameter_problem
 from regraft.component.component import declared, describe
-from regraft.component.parameters import ParameterError
+from regraft.component.parameters import Parameter, ParameterError
 from regraft.process.main import NoSuchClass, load_class
 from regraft.process.modules import CannotImport, hidden_file, imported, line_of
 from regraft.stack.relative_paths import with_absolute_paths
@@ -39,14 +40,22 @@ def taken_from_robot(path: str) -> dict[str, str]:
 
     It is empty where there is no such class: `describe_class` reports that.
     """
+    return {name: parameter.from_robot for name, parameter in parameters_at(path).items() if parameter.from_robot}
+
+
+def parameters_at(path: str) -> Mapping[str, Parameter[Any]]:
+    """Return the parameters that the class at ``module:Class`` declares, of a component or a robot's device.
+
+    There are none where there is no such class: what uses it reports that.
+    """
+    module, _, name = path.partition(":")
     try:
-        parameters = declared(load_class(path)).parameters
+        return declared(getattr(imported(module), name)).parameters
     except KeyboardInterrupt:
         raise
     # An author's class may raise anything, leaving included.
     except BaseException:
         return {}
-    return {name: parameter.from_robot for name, parameter in parameters.items() if parameter.from_robot}
 
 
 def taken_values(component: str, cls: str, references: Mapping[str, Mapping[str, PlainValue]]) -> dict[str, PlainValue]:
@@ -91,7 +100,14 @@ def describe_class(
             return plain, ()
         try:
             given = {parameter.name: parameters[parameter.name] for parameter in fixed}
-            return describe(cls, with_absolute_paths(plain, given, folders or {})), ()
+            found = describe(cls, with_absolute_paths(plain, given, folders or {}))
+            # Those that the parameters bring may be limits of others.
+            new = parameters.keys() - given.keys()
+            further = [parameter for parameter in found.parameters if parameter.read_only and parameter.name in new]
+            if not further or any(parameter_problem(each, parameters[each.name]) for each in further):
+                return found, ()
+            given |= {parameter.name: parameters[parameter.name] for parameter in further}
+            return describe(cls, with_absolute_paths(found, given, folders or {})), ()
         except ParameterError as error:
             return plain, error.parts
     except (NoSuchClass, KeyboardInterrupt):

@@ -17,7 +17,8 @@ def is_in_run_folder(value: object) -> bool:
     return isinstance(value, str) and (value == RUN_FOLDER or value.startswith(f"{RUN_FOLDER}/"))
 
 
-def _is_relative(value: PlainValue) -> bool:
+def is_relative(value: object) -> bool:
+    """Return whether a path is looked for from a folder, rather than empty or in the running system's."""
     return isinstance(value, str) and value != "" and not is_in_run_folder(value)
 
 
@@ -31,7 +32,7 @@ def with_absolute_paths(
     paths = {parameter.name for parameter in description.parameters if parameter.unit == "path"}
     return {
         name: str((folders if isinstance(folders, Path) else folders[name]) / value)
-        if name in paths and _is_relative(value) and (isinstance(folders, Path) or name in folders)
+        if name in paths and is_relative(value) and (isinstance(folders, Path) or name in folders)
         else value
         for name, value in parameters.items()
     }

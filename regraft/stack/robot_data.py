@@ -1,12 +1,12 @@
-"""Gives the components of a stack what their classes take from their robot."""
+"""Gives the components and devices of a stack what their classes take from their robot."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 
-from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.assembly.expansion import RobotData
 from regraft.stack.classes import taken_from_robot
+from regraft.stack.device_data import DeviceData, stated_parameters
 from regraft.stack.yaml.nodes import Node
 from regraft.stack.yaml.problems import Report
 
@@ -14,16 +14,18 @@ from regraft.stack.yaml.problems import Report
 def with_robot_data(
     document: Node, robots: Mapping[str, RobotData], report: Report, refused: Collection[str] = ()
 ) -> Node:
-    """Return a stack's document in which components have the parameters that their robots give.
+    """Return a stack's document in which components and devices have the parameters that their robots give.
 
     A component `rescuer.navigator` is of the robot `rescuer`; one without a scope is of the single robot. A value that
     the stack has stays. A robot that lacks one is noted. Modules that are ``refused`` are not imported.
     """
     assert isinstance(document.value, dict)
     components = document.value.get("components")
-    if not robots or components is None or not isinstance(components.value, dict):
+    if components is None or not isinstance(components.value, dict):
         return document
-    given = dict(_completed(components.value, robots, report, refused))
+    devices = DeviceData(robots, stated_parameters(components.value.values()), report, refused)
+    completed = {name: devices.completed(name, node) for name, node in components.value.items()}
+    given = dict(_completed(completed, robots, report, refused))
     return Node(document.value | {"components": Node(given, components.location)}, document.location)
 
 
@@ -54,13 +56,8 @@ def _with_values(component: str, node: Node, robot: RobotData, taken: Mapping[st
         if datum in robot.parameters:
             found[name] = robot.parameters[datum]
         else:
-            report.add_at(robot.location, f"components.{component}.parameters.{name}", _lacking(robot, datum))
+            report.add_at(robot.location, f"components.{component}.parameters.{name}", robot.lacks(datum))
     if not found:
         return node
     completed = Node(found | parameters.value, parameters.location)
     return Node(node.value | {"parameters": completed}, node.location)
-
-
-def _lacking(robot: RobotData, datum: str) -> str:
-    hint = instead_of(datum, robot.parameters)
-    return f"comes from the robot, which has no parameter {datum!r}: add it to {robot.path}, or set it here; {hint}"

@@ -27,6 +27,12 @@ class RobotData:
     location: Location
     parameters: dict[str, Node]
 
+    def lacks(self, datum: str) -> str:
+        """Return what is wrong where a class takes a parameter that the robot does not have."""
+        hint = instead_of(datum, self.parameters)
+        add = f"add it to {self.path}, or set it here"
+        return f"comes from the robot, which has no parameter {datum!r}: {add}; {hint}"
+
 
 @dataclass(slots=True)
 class Robot:

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from regraft import Input, Output, Parameter, Quality
+from regraft.bus_schema.errors import BadType
 from regraft.bus_schema.model.robots.scopes import in_scope
 from regraft.bus_schema.suggestions import instead_of
 from regraft.component.component import Declared, declared
-from regraft.component.parameters import ParameterError
+from regraft.component.parameters import ParameterError, limited
 from regraft.process.modules import CannotImport, imported
 from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.robots import DeviceSpec, RobotSpec
@@ -113,15 +114,27 @@ def parameters_of(robots: Sequence[RobotSpec]) -> Iterator[Parameter[Any]]:
     problems: list[tuple[str, str]] = []
     names: set[str] = set()
     for device in fitted(robots):
+        given = device.spec.parameters
+        try:
+            fitting = limited(device.declared.parameters, given)
+        except BadType as error:
+            problems.append((f"{device.place}.class", str(error)))
+            continue
+        except ParameterError as error:
+            problems += [(f"{device.place}.parameters.{short}", why) for short, why in error.parts]
+            continue
         for short, parameter in device.declared.parameters.items():
             name = device.parameter(short)
             if name in names:
                 problems.append((f"{device.place}.name", f"another device has a parameter {name!r}: rename one"))
             names.add(name)
             try:
-                yield parameter.renamed(name, device.spec.parameters.get(short, parameter.default))
+                value = fitting[short].checked(given[short]) if short in given else parameter.default
             except ParameterError as error:
                 problems += [(f"{device.place}.parameters.{short}", why) for _, why in error.parts]
+            else:
+                limit = device.parameter(parameter.limit) if parameter.limit else ""
+                yield parameter.renamed(name, value, limit)
     if problems:
         raise ParameterError(problems)
 
