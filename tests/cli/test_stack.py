@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from pathlib import Path
 
 import pytest
 
-from regraft.stack import load
+from regraft.stack import StackError, load
 from tests.cli.conftest import Regraft
 from tests.stack.reading.files import GOOD, line_of, write
 from tests.stack.reading.folders import ROBOT, TWO, rovers
@@ -98,6 +99,30 @@ def test_what_is_shown_of_robots_is_a_stack_file_of_the_same_system(regraft: Reg
     meant.components.pop("left.eyes")
     assert (found.components, found.topics, found.modes) == (meant.components, meant.topics, meant.modes)
     assert found.hosts == ("local", "edge", "arm")
+
+
+def test_what_is_shown_of_a_stack_with_modules_of_its_own_names_their_folders(
+    regraft: Regraft, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module = f"{tmp_path.name}_parts"
+    with_module = ROBOT.replace("tests.stack.parts:Navigator", f"{module}:Own")
+    file = rovers(tmp_path, robot=with_module)
+    own = "from tests.stack.parts import Navigator\n\n\nclass Own(Navigator):\n    pass\n"
+    (tmp_path / "rover" / f"{module}.py").write_text(own)
+    shown = regraft("stack", "show", str(file)).output
+    needed = shown.partition("\n")[0]
+    assert needed.startswith("# ")
+    assert needed.endswith(f": PYTHONPATH={tmp_path}/rover")
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere" / "shown.yaml").write_text(shown)
+    meant = load(file).architecture.components
+    monkeypatch.setattr("sys.path", [path for path in sys.path if not path.startswith(str(tmp_path))])
+    monkeypatch.delitem(sys.modules, module)
+    with pytest.raises(StackError, match=f"No module named '{module}'"):
+        load(tmp_path / "elsewhere" / "shown.yaml")
+    monkeypatch.syspath_prepend(tmp_path / "rover")
+    assert load(tmp_path / "elsewhere" / "shown.yaml").architecture.components == meant
+    sys.modules.pop(module)
 
 
 def test_what_is_shown_of_a_robot_has_its_data_in_what_modes_add_and_swap(regraft: Regraft, tmp_path: Path) -> None:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import shlex
 from pathlib import Path
 
 import typer
 
 from regraft.cli.stack.drawing import GraphOption, check_suffix, show_graph
 from regraft.cli.stack.graph import dot
-from regraft.cli.stack.resolved import resolved, with_origins
+from regraft.cli.stack.resolved import module_folders, resolved, with_origins
 from regraft.cli.stack.yaml_text import yaml_text
 from regraft.cli.terminal.options import JsonOption, OverridesOption, ParametersOption, PlacesOption, StackArgument
 from regraft.cli.terminal.output import complain, say, show_json
@@ -48,11 +50,15 @@ def show(
     as_json: JsonOption = False,
 ) -> None:
     """Print a stack as one file, with what it includes and where each value comes from."""
-    document = resolved(_loaded(file, overrides, params, places))
+    found = _loaded(file, overrides, params, places)
+    document, folders = resolved(found), module_folders(found)
     if as_json:
         show_json(with_origins(document))
-    else:
-        say(yaml_text(document))
+        return
+    if folders:
+        where = shlex.quote(os.pathsep.join(map(str, folders)))
+        say(f"# The modules of the stack are not in this file, which needs: PYTHONPATH={where}")
+    say(yaml_text(document))
 
 
 @stack.command("graph")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
 from typing import Any
 
 from regraft.bus_schema.annotations import PlainValue
@@ -15,8 +17,9 @@ from regraft.stack.yaml.nodes import Location, Node
 
 
 def resolved(stack: Stack) -> Node:
-    """Return the document of a stack; a file of it gives the same architecture, wherever the file is.
+    """Return the document of a stack; a file of it gives the same architecture, where its modules can be imported.
 
+    They can be wherever the file is, unless they are in `module_folders`.
     Rules of files of system_modes that nobody enforces are left out. A value that no file has is from the class of the
     component, which is named as its origin.
     """
@@ -40,6 +43,16 @@ def resolved(stack: Stack) -> Node:
             usual = Location(str(modes.value)) if isinstance(modes.value, str) else modes.location
             parts["rules"] = _like(rules, parts.get("rules", Node({}, usual)), usual)
     return Node(parts, document.location)
+
+
+def module_folders(stack: Stack) -> tuple[Path, ...]:
+    """Return those folders of a stack's files in which this process has found modules of the stack."""
+    found: set[Path] = set()
+    for name, module in list(sys.modules.items()):
+        if "." not in name:
+            of_package = [str(path) for path in getattr(module, "__path__", ())]
+            found.update(Path(path).parent for path in of_package or filter(None, [getattr(module, "__file__", None)]))
+    return tuple(folder for folder in stack.folders if folder in found)
 
 
 def _folded(stack: Stack) -> dict[str, PlainValue]:
