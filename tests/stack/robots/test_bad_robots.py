@@ -187,7 +187,7 @@ def test_a_device_may_do_with_its_ports_what_a_component_may(tmp_path: Path) -> 
     light, heard = "self.light", "self.heard"
     read = (f"{light}.latest", f"{light}.opener()", f"{light}.envelope", f"{light}.stamp", f"{light}.take()")
     use = ", ".join((*read, f"{light}.next().done", f"{light}.name", f"{light}.key", f"{heard}.name", f"{heard}.key"))
-    found = (None, None, None, None, [], False, "left/light", "", "left/heard", "")
+    found: tuple[object, ...] = (None, None, None, None, [], False, "left/light", "", "left/heard", "")
     code, output = checked(tmp_path, alone, robot, device=EAR.format(use=use, found=found))
     assert code == 0, output
 
