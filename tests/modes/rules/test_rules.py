@@ -79,6 +79,20 @@ def test_rules_that_lead_in_a_circle_are_refused_with_the_modes(tmp_path: Path, 
     assert "normal > degraded > normal" in found.problem or "degraded > normal > degraded" in found.problem
 
 
+@pytest.mark.parametrize(("settle", "is_circle"), [(9.9, True), (10.0, False)])
+def test_a_rule_that_settles_for_ten_seconds_may_try_again_what_had_failed(
+    tmp_path: Path, settle: float, is_circle: bool
+) -> None:
+    again = f"{{when: not laser.active, from: degraded, mode: normal, settle: {settle}}}"
+    rules = f"rules:\n  again: {again}\n  down: {{when: laser.failed, mode: degraded}}\n"
+    text = STACK + MODES + rules
+    if is_circle:
+        (found,) = _problems(tmp_path, text)
+        assert "leads in a circle with 'again': " in found.problem
+    else:
+        assert len(load(write(tmp_path, text)).architecture.mode_rules) == 2
+
+
 @pytest.mark.parametrize("when", ["laser.failed", "driver.active", "laser.clearness > 0.3"])
 def test_rules_that_hold_together_lead_in_no_circle_for_the_first_one_counts(tmp_path: Path, when: str) -> None:
     text = RULES.replace("not laser.failed and laser.state != 'gone'", when)

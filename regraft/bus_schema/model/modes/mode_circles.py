@@ -31,6 +31,8 @@ from regraft.bus_schema.model.modes.mode_conditions import (
 from regraft.bus_schema.model.modes.mode_parts import asked_after, entered_with, part_of
 from regraft.bus_schema.model.modes.modes import GOALS
 
+SLOW: Final = 10.0
+"""Seconds for which a rule settles that may be part of a circle: it tries again what had failed."""
 MAX_TRIALS: Final = 20_000
 """Situations, each with modes to begin with, that are tried for a group of rules; of more, as many are drawn."""
 BASIC_STATES: Final = (State.ACTIVE.value, State.INACTIVE.value, State.UNCONFIGURED.value, GONE)
@@ -56,9 +58,11 @@ class Circle:
 def find_circle(architecture: Architecture, changes: Mapping[str, Sequence[Change]]) -> Circle | None:
     """Return a circle of an architecture's rules, None if none was found; ``changes`` are those of its modes.
 
-    Rules that cannot influence each other are tried by themselves: several robots have as many groups of rules.
+    Rules that cannot influence each other are tried by themselves: several robots have as many groups of rules. A rule
+    that settles for long is none of a circle, nor does it keep others from being one.
     """
-    searches = (_Search(architecture, changes, rules) for rules in groups(architecture, changes) if len(rules) > 1)
+    quick = ([rule for rule in rules if (rule.settle or 0.0) < SLOW] for rules in groups(architecture, changes))
+    searches = (_Search(architecture, changes, rules) for rules in quick if len(rules) > 1)
     return next((circle for search in searches for circle in search.circles()), None)
 
 
