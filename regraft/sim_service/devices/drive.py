@@ -50,7 +50,7 @@ class DifferentialDrive(Device):
         """Find the wheels.
 
         Raises:
-            SceneError: an element is missing, the wheels' radii differ, an axis does not point to the left, or an
+            SceneError: an element is missing; the wheels' radii differ; an axis does not point to the left; an
                 actuator takes no velocities, or has no control range.
         """
         kit, model = self.kit, self.kit.model

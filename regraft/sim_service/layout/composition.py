@@ -24,7 +24,7 @@ class CompositionError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Composition:
-    """The compiled model of a world, and the numbers of the outermost bodies of each robot's own file, by its name."""
+    """The compiled model of a world. ``parts`` has the outermost bodies of each robot's file, by the robot's name."""
 
     model: mujoco.MjModel
     parts: Mapping[str, tuple[int, ...]]

@@ -44,8 +44,8 @@ def placement_rules(scene: Scene) -> tuple[PlacementRule, ...]:
     A rule of the file goes before a robot's region.
 
     Raises:
-        SceneError: a rule is malformed, or names a body, a camera or a site that does not exist, or a body that is not
-            a child of the worldbody.
+        SceneError: a rule is malformed; it names a body, a camera or a site that does not exist; a body is not a child
+            of the worldbody.
     """
     texts = scene.texts().items()
     of_world = [

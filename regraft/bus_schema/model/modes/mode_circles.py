@@ -58,8 +58,8 @@ class Circle:
 def find_circle(architecture: Architecture, changes: Mapping[str, Sequence[Change]]) -> Circle | None:
     """Return a circle of an architecture's rules, None if none was found; ``changes`` are those of its modes.
 
-    Rules that cannot influence each other are tried by themselves: several robots have as many groups of rules. A rule
-    that settles for long is none of a circle, nor does it keep others from being one.
+    Rules that cannot influence each other are tried by themselves: several robots have as many groups of rules. Rules
+    that settle for long are left out.
     """
     quick = ([rule for rule in rules if (rule.settle or 0.0) < SLOW] for rules in groups(architecture, changes))
     searches = (_Search(architecture, changes, rules) for rules in quick if len(rules) > 1)
