@@ -74,13 +74,14 @@ def try_world(
         ParameterError: a device fails, or a file that it names is missing; with its place in the list of robots.
         SceneError, PlacementError: see `Simulation`.
     """
-    missing = [problem for fit in fitted(scene.robots) for problem in _missing_files(fit, parameters(fit))]
+    fits = fitted(scene.robots)
+    missing = [problem for fit in fits for problem in _missing_files(fit, parameters(fit))]
     if missing:
         raise ParameterError(missing)
     try:
         simulation = Simulation(scene, seed, settings, parameters=parameters)
         devices: list[Device] = []
-        for fit in fitted(scene.robots):
+        for fit in fits:
             device = simulation.robot(fit.robot.name).devices[fit.spec.name]
             _connect_to_nothing(device, fit)
             devices.append(device)

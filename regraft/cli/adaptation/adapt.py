@@ -18,6 +18,7 @@ from regraft.bus_schema.model.adaptation import (
     CANCEL,
     CONFIRM,
     UNDO,
+    AdaptationReport,
     AdaptationRequest,
     Outcome,
 )
@@ -96,7 +97,8 @@ def undo(
     wanted = Confirmation.typed(confirm, watch)
     with reached(ctx, system) as there:
         request = UndoAdaptation(adaptation, user(), reason, dry_run, wanted.confirm, wanted.watch, revision)
-        report = managing.end(there, UNDO, request, timeout + request.confirm)
+        with managing.unanswered(there, may_happen=not dry_run):
+            report = managing.ask(there, UNDO, request, AdaptationReport, timeout + request.confirm)
         managing.show_report(report, as_json=as_json)
 
 
@@ -120,15 +122,9 @@ def cancel(
     _decide(ctx, CANCEL, CancelAdaptation(adaptation), system, as_json=as_json)
 
 
-def _decide(
-    ctx: typer.Context,
-    service: str,
-    request: CancelAdaptation | ConfirmAdaptation,
-    system: str | None,
-    *,
-    as_json: bool,
-) -> None:
+def _decide(ctx: typer.Context, service: str, request: object, system: str | None, *, as_json: bool) -> None:
     with reached(ctx, system) as there:
-        report = managing.end(there, service, request, managing.ADAPTATION_TIMEOUT)
+        with managing.unanswered(there):
+            report = managing.ask(there, service, request, AdaptationReport, managing.ADAPTATION_TIMEOUT)
         wanted = (Outcome.CANCELLED,) if service == CANCEL else managing.GOOD
         managing.show_report(report, as_json=as_json, good=wanted)

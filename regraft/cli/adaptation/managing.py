@@ -9,7 +9,6 @@ from typing import TypeVar
 import typer
 
 from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.messages.management.manager import CancelAdaptation, ConfirmAdaptation, UndoAdaptation
 from regraft.bus_schema.messages.planning import Proposal
 from regraft.bus_schema.model.adaptation import (
     ADAPT,
@@ -68,15 +67,6 @@ def adapt(
     refuse_mistakes(there, request, locations)
     with unanswered(there, may_happen=not request.dry_run):
         return there.client.call(ADAPT, request, AdaptationReport, timeout + request.confirm, patient=True)
-
-
-def end(
-    there: Reached, service: str, request: UndoAdaptation | CancelAdaptation | ConfirmAdaptation, timeout: float
-) -> AdaptationReport:
-    """Have an adaptation undone, cancelled or confirmed; raises CallFailed, Unreachable."""
-    may_happen = not (isinstance(request, UndoAdaptation) and request.dry_run)
-    with unanswered(there, may_happen=may_happen):
-        return ask(there, service, request, AdaptationReport, timeout)
 
 
 @contextmanager
